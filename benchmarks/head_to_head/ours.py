@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from benchmarks.head_to_head.method import Model, uncertain
 from unmodelled.api.diagnosis import Answer
-from unmodelled.diagnosis.answer.findings import findings
+from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis

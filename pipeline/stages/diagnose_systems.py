@@ -11,7 +11,7 @@ from pipeline.revision import PACKAGE
 from unmodelled.base.errors import BadInput
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.answer.findings import findings
+from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 

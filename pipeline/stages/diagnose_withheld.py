@@ -15,7 +15,7 @@ from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.where.where import where

@@ -99,6 +99,7 @@ def told(system: System, logs: Logs, *said: Said, timing: float = 0.0) -> Diagno
         seed=3,
         verdict="effect" if said else "no_gap",
         confidence=0.94,
+        chance=0.0156,
         effects=results,
         remainder=None,
         known=before,

@@ -50,7 +50,7 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     F_c = best.values["F_c"]
     estimates = {"F_c": Estimate("N m", float("nan"), F_c, (0.98 * F_c, 1.02 * F_c))}
     return Diagnosis(
-        *(system, logs, HORIZON, 0, verdict, 0.94),
+        *(system, logs, HORIZON, 0, verdict, 0.94, 0.0156),
         effects=(DiagnosedEffect(added, estimates, {}, 0.97, shrink, chance, (other,)),) if named else (),
         remainder=None,
         known=JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held)),
@@ -81,7 +81,7 @@ def as_given(system: System, logs: Logs) -> Diagnosis:
     held = (0,)
     model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held))
     return Diagnosis(
-        *(system, logs, HORIZON, 0, "unknown", 0.5, (), None, model, model, model, model, (model,)),
+        *(system, logs, HORIZON, 0, "unknown", 0.5, 1.0, (), None, model, model, model, model, (model,)),
         *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
     )
 

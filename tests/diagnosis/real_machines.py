@@ -14,7 +14,7 @@ from pathlib import Path
 from pipeline.chapters.known import SUFFIX, read_machines, system_files
 from pipeline.chapters.real import said
 from pipeline.chapters.real_judged import judged
-from unmodelled.diagnosis.answer.findings import findings
+from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 

@@ -25,7 +25,7 @@ from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH, campaigns_in, cases_i
 from pipeline.withheld.judging import OUTSIDE, Case, Planted
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.test_log_faults import WRONG, Spoil, spoilt
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -50,8 +50,7 @@ BENCHES = {
 }
 DECIDING = (
     *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
-    *("exchanged_rest", "negligible_error", "unexplained_gap", "least_gain", "alike_errors"),
-    *("same_complexity", "most_equal"),
+    *("material_rest", "negligible_error", "unexplained_gap", "most_equal"),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),

@@ -156,3 +156,14 @@ def test_errors_of_a_system_with_hidden_states_are_compared_over_some_windows(tm
     whole = {atoms[0].key: found for atoms, found in Columns(every).atoms()}
     compared = [np.array_equal(found, whole[key][few.judged]) for key, found in some]
     assert len(compared) > 20 and all(compared)
+
+
+def test_where_nothing_is_missing_the_best_law_is_chance(tmp_path: File) -> None:
+    """Of ten machines without effects, the probability is spread from zero to one."""
+    flawless = [Bench(samples=200, runs=8, friction=0.0, seed=seed) for seed in range(10)]
+    *found, missing = [
+        chooser_of(tmp_path / str(k), bench).chance
+        for k, bench in enumerate([*flawless, Bench(samples=200, runs=8)])
+    ]
+    assert sum(chance < 0.1 for chance in found) <= 3 and max(found) > 0.3
+    assert 0.5**6 <= missing <= 2.0 * 0.5**6  # the signs of six experiments that are fitted

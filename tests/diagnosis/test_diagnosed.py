@@ -11,7 +11,7 @@ import pytest
 from tests.diagnosis.benches import FRICTION, Bench, pendulum
 from tests.diagnosis.studies import HORIZON, JOINT, effect, study
 from unmodelled.diagnosis.answer.confirmed import _refused
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
@@ -269,10 +269,11 @@ def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(
     both = friction_alone.plus(effect("constant_load"), JOINT)
     found = FittedHypothesis.of(both, search.fitted)
     error, alone = (
-        judged_model("", f).gap.value for f in (found, FittedHypothesis.of(friction_alone, search.fitted))
+        judged_model("", f).gap.per_output["theta"]
+        for f in (found, FittedHypothesis.of(friction_alone, search.fitted))
     )
     before = judged_model("", search.base).gap
-    lower = error < (1.0 - search.study.thresholds.least_gain) * alone
+    lower = error < (1.0 - search.study.thresholds.held_out_gain) * alone
     assert [e.family for e in _refused(search, found, before)] == ([] if lower else ["constant_load"])
     turned = FittedHypothesis(
         both, search.fitted, replace(found.fit, values={**found.fit.values, "F_0": 0.3})

@@ -8,7 +8,7 @@ import pytest
 
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import effect
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.core import columns
 from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.effects.library import effects

@@ -20,7 +20,7 @@ from pipeline.rigs.withheld.chain.drawing import measured_cases
 from tests.diagnosis.benches import pendulum
 from tests.diagnosis.run_folder import write_runs
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.duplicates import different

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.studies import HORIZON
-from unmodelled.diagnosis.answer.findings import findings
+from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale, steps_of
 from unmodelled.diagnosis.data.persistence import default_horizon, persistence
 from unmodelled.diagnosis.data.recording import Recording

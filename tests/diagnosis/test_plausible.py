@@ -13,7 +13,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from tests.diagnosis.benches import FRICTION, Bench, pendulum
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, study
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.study import Study

@@ -16,7 +16,7 @@ from tests.physics.effects.benches import SYSTEMS
 from tests.physics.robot.mechanisms import system_of
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
-from unmodelled.diagnosis.answer import findings
+from unmodelled.diagnosis.answer import diagnose as story
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import robot_sentences
 from unmodelled.diagnosis.answer.take_home import take_home
@@ -234,7 +234,7 @@ def test_a_file_without_another_number_is_not_offered(tmp_path: Path) -> None:
 
 def saved(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The answer of the command line, without a search."""
-    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(story, "diagnose_gap", lambda *_, **__: found)
     diagnose(tmp_path / "system.yaml", tmp_path / "logs", tmp_path / "answer", found.horizon, 3)
     return tmp_path / "answer"
 
@@ -265,7 +265,7 @@ def test_a_robot_file_that_vanished_is_written_as_it_was_read(
     found = rod(tmp_path, *ALL)
     system, logs = found.system, um.read_logs(tmp_path / "logs", found.system)
     (tmp_path / "rod.xml").unlink()
-    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(story, "diagnose_gap", lambda *_, **__: found)
     um.diagnose(system, logs, found.horizon).save(tmp_path / "answer", pages=False)
     assert "<!-- of a flyer -->" in (tmp_path / "answer" / "robot" / "rod.xml").read_text()
 

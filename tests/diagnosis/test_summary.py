@@ -55,11 +55,11 @@ def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[
 
 def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert set(content) == {
-        *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
-        *("remainder", "comparison", "logs", "notes", "refused"),
+        *("schema", "system", "seed", "verdict", "confidence", "chance", "effects", "where", "gap"),
+        *("parameters", "remainder", "comparison", "logs", "notes", "refused"),
     }
     assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/2", "pendulum", 3)
-    assert (content["verdict"], content["confidence"]) == ("effect", 0.94)
+    assert (content["verdict"], content["confidence"], content["chance"]) == ("effect", 0.94, 0.0156)
     assert content["notes"] == ["theta was unwrapped"]
     assert content["where"] == {
         name: list(getattr(WHERE, name)) for name in ("channels", "regions", "factors", "experiments")
@@ -204,6 +204,7 @@ def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:
         and "confidence 0.94" in lines[0]
     )
     for words in (
+        "chance: 0.016, the probability that the best of all laws lowers the error as much if nothing is",
         "coulomb_friction at joint: F_c*sign(omega) (explains 81 % of the squared gap above the "
         "noise floor, confidence 0.97)",
         "F_c = 0.06 N m (95 % interval 0.054 to 0.066)",

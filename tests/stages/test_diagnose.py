@@ -15,6 +15,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.cli.verbs.simulate import simulate
+from unmodelled.diagnosis.answer import diagnose as story
 from unmodelled.diagnosis.answer import findings
 from unmodelled.report.figures import files as figures
 
@@ -25,7 +26,7 @@ FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with system.yaml and logs/, which are diagnosed in no time."""
     found = diagnosis(tmp_path / "case", FRICTION)
-    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(story, "diagnose_gap", lambda *_, **__: found)
     return tmp_path / "case"
 
 
@@ -38,7 +39,7 @@ def test_a_law_that_runs_away_over_a_whole_experiment_is_not_offered(
 ) -> None:
     """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
     found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
-    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(story, "diagnose_gap", lambda *_, **__: found)
     call(tmp_path / "case")
     (refused,) = read_json(tmp_path / "case/out/diagnosis.json")["refused"]
     assert (refused["file"], refused["keep"]) == ("augmented_system.yaml", "system.yaml")

@@ -24,7 +24,7 @@ from tests.stages.diagnose_case import (
 )
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
-from unmodelled.diagnosis.answer import findings
+from unmodelled.diagnosis.answer import diagnose as story
 
 
 def nothing(folder: Path) -> None:
@@ -207,7 +207,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def begin(*_: object, **__: object) -> None:
         raise BadInput("the diagnosis has begun")
 
-    monkeypatch.setattr(findings, "diagnose_gap", begin)
+    monkeypatch.setattr(story, "diagnose_gap", begin)
     monkeypatch.chdir(write_case(tmp_path / "case"))
     (Path("notes") / "todo.txt").parent.mkdir()
     Path("notes/todo.txt").write_text("do not lose me")

@@ -16,7 +16,7 @@ from tests.diagnosis.studies import HORIZON
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel

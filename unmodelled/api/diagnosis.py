@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
-from unmodelled.diagnosis.answer.findings import Findings, findings
+from unmodelled.diagnosis.answer.diagnose import findings
+from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.answer.saved_findings import SavedFindings
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.logs.inputs import LogsGiven, read_inputs

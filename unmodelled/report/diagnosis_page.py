@@ -160,6 +160,11 @@ def _summary(content: Mapping[str, Any]) -> str:
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."
+    if content.get("chance") is not None:
+        held += (
+            " If nothing were missing, the best of all laws would lower the error as much with a probability "
+            f"of {short(content['chance'])}."
+        )
     return f"{errors} {found}; the noise floor of the sensors is {gap['floor']}. {held}".strip()
 
 

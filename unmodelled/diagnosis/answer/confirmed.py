@@ -140,7 +140,7 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     without a model; `before` is the gap without any.
     """
     effects, thresholds = named.hypothesis.removable, search.study.thresholds
-    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
+    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.material_rest) ** 2
     without = [(judged_model("", search.without(named, effect)).gap, effect) for effect in effects]
     idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
     if len(effects) > 1 and idle:
@@ -150,15 +150,13 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
 
 
 def _is_lower(gap: Gap, rest: Gap, thresholds: Thresholds) -> bool:
-    """Whether a gap is lower than another one in all, or in single outputs and on average over the outputs.
+    """Whether a gap is lower than another one by a share in the geometric mean of the outputs.
 
     Friction in one of six joints matters to the outputs of this joint, however much others are off.
     """
-    least, ratio = 1.0 - thresholds.least_gain, 1.0 - thresholds.exchanged_rest
     pairs = [(gap.per_output[name], value) for name, value in rest.per_output.items() if value > 0.0]
-    single = any(after <= ratio * value for after, value in pairs)
-    average = math.prod(after / value for after, value in pairs) <= least ** len(pairs)
-    return gap.value < least * rest.value or (single and average)
+    least = 1.0 - thresholds.held_out_gain
+    return math.prod(after / value for after, value in pairs) <= least ** len(pairs)
 
 
 def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence[Added]) -> Iterator[str]:

@@ -1,46 +1,30 @@
-"""Run a diagnosis and write its files: diagnosis.json, the augmented system and tables for figures."""
+"""An answer and its files: diagnosis.json, the augmented system and tables for figures."""
 
 from __future__ import annotations
 
-import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.extras import missing
 from unmodelled.base.files import replacing_folder, write_json
-from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import (
-    FILE,
     augmented_system,
-    beyond_the_data,
     write_augmented,
 )
-from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
-from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
-from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
+from unmodelled.diagnosis.answer.robot_file import RobotFile
 from unmodelled.diagnosis.answer.sentences import sentences
-from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
-from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
-from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
-from unmodelled.diagnosis.gates.refusal import Refusal, given_file
-from unmodelled.diagnosis.gates.system_file import reason_against_system
-from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.where.outside_forces import outside_forces
-from unmodelled.diagnosis.where.where import Where, where
+from unmodelled.diagnosis.gates.refusal import Refusal
+from unmodelled.diagnosis.where.where import Where
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
 
 SUMMARY, TABLES = "diagnosis.json", "tables"
@@ -156,7 +140,7 @@ class Findings:
             except Exception as fault:
                 faults = {name: fault}
             if faults:
-                notes = (_note(f"{part} could not be made", fault) for part, fault in faults.items())
+                notes = (note_on(f"{part} could not be made", fault) for part, fault in faults.items())
                 found = found.with_notes(*notes)
                 with suppress(BadInput):  # a full disk: the answer stays as it was, the caller has the notes
                     write_json(folder / SUMMARY, found.content)
@@ -166,83 +150,21 @@ class Findings:
         return found
 
 
-def findings(
-    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
-) -> Findings:
-    """Diagnose the gap between a system and measured experiments.
+def note_on(what: str, fault: Exception) -> str:
+    """Return a note on what could not be made.
 
     Args:
-        system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, of which some are held out to judge the fitted models; a record that is
-            alone is cut into several.
-        horizon: length of the free-run windows, s; default: from the logs, see `default_horizon`.
-        seed: seed of the random generators; the same seed gives the same findings; default 0.
-        workers: number of threads; default: one per core.
-
-    Raises:
-        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+        what: subject and verb.
+        fault: exception that was raised.
     """
-    check_seed(seed)
-    logs = several(system, logs)
-    horizon = horizon_of(logs, horizon)
-    check(system, logs, horizon)
-    system, logs, faults = without_copies(system, logs, horizon)
-    if not any(fault.decides for fault in faults):
-        check_windows(system, logs, horizon)
-    threads = os.cpu_count() or 1 if workers is None else workers
-    found = diagnose_gap(system, logs, horizon, seed, workers=threads, progress=say, faults=faults)
-    found = with_moved_lags(found)
-    place = where(found)
-    if found.verdict == "check_logs":
-        return Findings(found, place, exported=False)
-    if (wrong := wrong_number(found)) is not None:
-        found = replace(found, faults=(*found.faults, wrong))
-    if (pushed := outside_forces(place.left)) is not None:
-        found = replace(found, faults=(*found.faults, pushed))
-    reason, notes = _checked(found)
-    refused = [Refusal(FILE, reason, given_file(found))] if reason else []
-    robot, more = _robot(found)
-    if isinstance(robot, Refusal):
-        refused, robot = [*refused, robot], None
-    answer = Findings(found, place, exported=not reason, robot=robot, refused=tuple(refused))
-    return answer.with_notes(*notes, *more, *shorter_windows(found))
+    return f"{what} ({reason_of(fault)}); {SUMMARY} has all numbers. Please report this line"
 
 
-def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:
-    """Why the augmented system is not offered, empty if it is, and notes on its whole runs."""
-    say("simulate whole experiments with the augmented system")
-    with TemporaryDirectory() as folder:
-        try:
-            write_augmented(found, Path(folder))
-        except ValueError as fault:  # not every expression has a form in a file
-            return f"it cannot be written ({fault})", ()
-        try:
-            reason, notes = reason_against_system(found, Path(folder) / FILE)
-        except Exception as fault:  # nothing leaves unchecked
-            return f"it could not be checked ({_said(fault)}): please report this line", ()
-    return reason, (*notes, *beyond_the_data(found))
+def reason_of(fault: Exception) -> str:
+    """Return an exception in one line without control characters.
 
-
-def _robot(found: Diagnosis) -> tuple[RobotFile | Refusal | None, list[str]]:
-    """The patched robot file of a system that has one, and a note if it cannot be made."""
-    if found.system.robot is None:
-        return None, []
-    what = f"{found.system.robot.file} was not patched"
-    try:
-        say("patch the robot file and run it in MuJoCo")
-        return offered(found), []
-    except BadInput as reason:
-        return None, [f"{what}: {reason}"]
-    except ModuleNotFoundError as reason:
-        return None, [f"{what}: {missing(reason) or reason}"]
-    except Exception as fault:
-        return None, [_note(what, fault)]
-
-
-def _note(what: str, fault: Exception) -> str:
-    return f"{what} ({_said(fault)}); {SUMMARY} has all numbers. Please report this line"
-
-
-def _said(fault: Exception) -> str:
+    Args:
+        fault: exception that was raised.
+    """
     reason = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
     return str(BadInput(reason))  # without control characters

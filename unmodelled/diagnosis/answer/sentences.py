@@ -67,6 +67,9 @@ def _verdict(content: Entry) -> Iterator[str]:
         if effect["indistinguishable"]:
             others = ", ".join(map(_label, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
+    if content.get("chance") is not None:
+        said = "probability that the best of all laws lowers the error as much if nothing is missing"
+        yield f"chance: {content['chance']:.2g}, the {said}"
     if content["remainder"] is not None:
         yield _remainder(content["remainder"], content["gap"])
 

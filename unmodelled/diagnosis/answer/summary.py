@@ -36,7 +36,9 @@ def summary(
     errors of an output, as a person says them in the units of the logs, where that differs; `variant` of
     an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
-    `interval` are their mean and 95 % range; `refused`, the files that are not offered, each with `file`,
+    `interval` are their mean and 95 % range; `chance`, the probability that the best of all laws lowers the
+    error as much if nothing is missing (null where nothing was searched); `refused`, the files that are not
+    offered, each with `file`,
     `reason` and `keep`, the file to keep; `robot` of a system with a robot file (`RobotFile.content`).
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
@@ -55,6 +57,7 @@ def summary(
         "seed": diagnosis.seed,
         "verdict": diagnosis.verdict,
         "confidence": diagnosis.confidence,
+        "chance": diagnosis.chance,
         "effects": [_effect(found, ports) for found in diagnosis.effects],
         "remainder": _remainder(diagnosis),
         "where": {

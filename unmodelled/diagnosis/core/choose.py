@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.core.comparison import signs
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.left_out_kernels import MOST
@@ -113,6 +114,20 @@ class Chooser:
         """
         alike = np.zeros(len(self.equations.between), bool)
         return float(self.equations.only([]).folds(alike).errors(np.full((1, 1), -1)).sum())
+
+    @property
+    def chance(self) -> float:
+        """Return the probability that the best of all laws removes as much error where nothing is missing.
+
+        Of nothing, the left-out error of an experiment falls as often as it rises: the signs of all changes
+        in an experiment are drawn together (maximum statistic, Westfall and Young 1993).
+        """
+        every = np.arange(len(self.units))[:, None]
+        every = every[self._is_few(every)]
+        nothing = self.folds.errors(np.full((1, 1), -1))
+        fallen = nothing - self.folds.errors(self._atoms_of(every))
+        best = (fallen @ signs(fallen.shape[1]).T).max(axis=0, initial=0.0)
+        return float(np.mean(best >= (1.0 - 1e-9) * best[0]))
 
     @cached_property
     def units(self) -> list[tuple[int, ...]]:

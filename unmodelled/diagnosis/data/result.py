@@ -126,6 +126,8 @@ class Diagnosis:
         seed: seed of all random draws.
         verdict: effect, main_effect, no_gap, unknown or check_logs.
         confidence: calibrated probability that verdict and effects are right; 0 to 1.
+        chance: probability that the best of all laws lowers the error as much if nothing is missing; None
+            where nothing was searched.
         effects: diagnosed effects, the strongest first.
         remainder: error that a flexible model predicts beyond the effects, or that is too large to be all;
             None if there is none.
@@ -151,6 +153,7 @@ class Diagnosis:
     seed: int
     verdict: Verdict
     confidence: float
+    chance: float | None
     effects: tuple[DiagnosedEffect, ...]
     remainder: Remainder | None
     known: JudgedModel

@@ -16,7 +16,6 @@ _NO_FAULT = "none of the faults of 17 logs changes at half and at twice the valu
 _REGION = "half: none of 3 diagnoses; twice: regions of 1"
 _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at twice the value (decision 10)"
 _NO_REMARK = "decides no verdict"
-_NO_DECISION = "none of 24 answers changes at half and at twice the value (decision 10)"
 _UNMEASURED = "not measured"
 
 
@@ -49,22 +48,17 @@ class Thresholds:
         known_parameter_complexity: complexity added for an effect on a parameter that is not uncertain.
         level: level of confidence intervals, and of the test whether a candidate predicts better than another
             one.
+        material_rest: share of what another candidate leaves that a better one must remove.
         material_share: error that a more complex candidate must remove per unit of further complexity,
             unless it explains what the other one leaves (`further_rest`).
         further_rest: share of what is left that further numbers of single experiments must remove. An
             `effect` leaves no more than this share of the known physics' error above the noise, and a more
-            complex candidate that leaves no more of the error of another one pays, whatever the first gap.
-        exchanged_rest: share of what is left that a candidate that is not more complex must remove, and a
-            network.
+            complex candidate that leaves no more of the error of another one pays, whatever the gap.
+        held_out_gain: share of the held-out error that an effect must remove, in the mean of the outputs.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise that an `effect` leaves at most; `no_gap` leaves
             `further_rest` of that.
-        least_gain: difference of two scores up to which candidates cannot be told apart.
-        alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the
-            standard error of the difference.
-        same_complexity: difference up to which a candidate does not count as more complex; a more complex one
-            is not listed as indistinguishable.
         most_equal: largest number of effects listed as indistinguishable.
         at_bound_share: distance from a bound up to which a fitted number is at it, relative to the bound or
             to the plausible size of the number.
@@ -153,40 +147,51 @@ class Thresholds:
 
     # Complexity of a candidate
     local_complexity: float = _threshold(
-        1.5, "units of complexity", _DEVELOPMENT, "half: verdict of 1 of 24 answers; twice: none"
+        1.5,
+        "units of complexity",
+        _DEVELOPMENT,
+        "half: other effects in 4 of 104 answers, 46 instead of 48 right; twice: in 1, 48",
     )
-    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _NO_DECISION)
+    known_parameter_complexity: float = _threshold(
+        1.0, "units of complexity", _DEVELOPMENT, "half: other effects in 1 of 104 answers; twice: none"
+    )
 
     # Comparison of candidates
     level: float = _threshold(
         0.95,
         "probability",
         "usual level of tests and intervals",
-        "0.475: 18 instead of 16 of 24 answers are right; 0.975: as many",
+        "0.9: other effects in 2 of 104 answers; 0.975: in 5; as many right",
     )
     material_share: float = _threshold(
         0.05,
         "share of the gap per unit of complexity",
         "measured machines (rule_changes.md)",
-        "half: 15 instead of 16 of 24 answers are right; twice: as many",
+        "half: other effects in 22 of 104 answers, 45 instead of 48 right; twice: in 20, 47",
+    )
+    material_rest: float = _threshold(
+        0.1,
+        "share of the error",
+        "a fifth of the squared error",
+        "half: other effects in 1 of 104 answers; twice: in 2; as many right",
     )
     further_rest: float = _threshold(
         0.3,
         "share of the error",
         "half of the squared error",
-        "half: as many of 24 answers are right; twice: 15 instead of 16",
+        "half: other effects in 6 of 104 answers; twice: in 24; as many right",
     )
-    exchanged_rest: float = _threshold(
-        0.1,
+    held_out_gain: float = _threshold(
+        0.02,
         "share of the error",
-        "a fifth of the squared error",
-        _NO_DECISION,
+        _JUDGEMENT,
+        "none: one pair of 40 machines has a wrong law more; twice: not measured",
     )
     negligible_error: float = _threshold(
         0.01,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 24 answers; twice: 17 instead of 16 are right",
+        "half: other effects in 3 of 104 answers, 47 instead of 48 right; twice: in 7, 48",
     )
     unexplained_gap: float = _threshold(
         0.1,
@@ -194,21 +199,8 @@ class Thresholds:
         _JUDGEMENT,
         "half and twice: verdict of 2 of 24 answers; 17 instead of 16 are right",
     )
-    least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _NO_DECISION)
-    alike_errors: float = _threshold(
-        2.0,
-        "standard errors",
-        "about 95 %",
-        "half: 15 instead of 16 of 24 answers are right; twice: as many, with longer lists",
-    )
 
     # Effects that cannot be told apart
-    same_complexity: float = _threshold(
-        0.6,
-        "units of complexity",
-        _DEVELOPMENT,
-        "half: none of 24 answers; twice: more indistinguishable effects in 5",
-    )
     most_equal: int = _threshold(
         3,
         "candidates",

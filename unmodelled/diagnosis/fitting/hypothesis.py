@@ -126,18 +126,6 @@ class Hypothesis:
         )
 
     @property
-    def is_local(self) -> bool:
-        """Return whether the last effect acts at one level of a factor only."""
-        return self.effects[-1].place.factor is not None
-
-    @property
-    def widened(self) -> frozenset[tuple[str, str, Place]]:
-        """Return the key of the hypothesis whose last effect acts in all experiments."""
-        *others, last = self.effects
-        everywhere = replace(last.place, factor=None, level=None)
-        return frozenset([*(e.key for e in others), (last.family, last.variant, everywhere)])
-
-    @property
     def complexity(self) -> float:
         """Return the complexity: the sum over the effects."""
         each = zip(self.effects, self.laws, strict=True)

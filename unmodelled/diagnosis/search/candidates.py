@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.core.comparison import Comparison
 from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
-from unmodelled.diagnosis.search.comparison import Comparison
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
@@ -24,6 +24,8 @@ Mask = NDArray[np.bool_]
 
 #: Share of the difference of two candidates that the compared experiments hold at least.
 NEARLY_ALL = 0.95
+#: Complexity of a number: up to that, complexities differ by how rare laws are.
+ONE_NUMBER = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,14 +141,13 @@ class Candidates:
     def is_material(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        A candidate that is as simple or simpler, or has no more numbers, must lower what is left of an
-        output's error by a share: an effect at one of six joints matters to the outputs of this joint. This
-        is not enough for a more complex one with more numbers, because every model of a real machine leaves
-        errors that a flexible law lowers: it must remove a share of the gap in proportion to its further
-        complexity, or explain what is left as an `effect` explains a gap, however small that is beside a
-        larger effect. Further numbers of single experiments, which absorb any structure, must lower what is
-        left, too. Errors below `negligible_error` matter to no one: a sensor of little noise shows more than
-        any model needs to predict.
+        It must lower what is left of an output's error above the noise by a share: an effect at one of six
+        joints matters to the outputs of this joint. A more complex one must also remove a share of the gap in
+        proportion to its further complexity, because every model of a real machine leaves errors that a
+        flexible law lowers, or explain what is left as an `effect` explains a gap, however small that is
+        beside a larger effect. Numbers of single experiments, which absorb any structure, must remove more
+        of what is left. Errors below `negligible_error` matter to no one: a sensor of little noise
+        shows more than any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -159,25 +160,19 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
-        of_rest = 1.0 - after / before
         more = self._more_complex(one, other) if priced else 0.0
-        if more > 0.0:
-            of_gap = (before - after) / (limits.material_share * more * self._gap)
-            left, rest = self._above[[one, other]]
-            explains = (rest > 0.0) & (left <= limits.further_rest * rest)
-            lower = np.where(explains, np.inf, of_gap)
-        else:
-            lower = of_rest / limits.exchanged_rest
-        if self.own[one] > self.own[other]:
-            lower = np.minimum(lower, of_rest / limits.further_rest)
-        material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
+        left, rest = self._above[[one, other]]
+        own = bool(self.own[one] > self.own[other])
+        material = left < (1.0 - (limits.further_rest if own else limits.material_rest)) * rest
+        explains = left <= limits.further_rest * rest
+        material &= explains | (before - after >= limits.material_share * more * self._gap)
+        material &= self._removed(one, other) >= limits.negligible_error
         return bool(material.any())
 
     def _more_complex(self, one: int, other: int) -> float:
         """Further complexity of a candidate; none where it has no more numbers: it bends no further."""
-        if self.numbers[one] <= self.numbers[other]:
-            return 0.0
-        return max(float(self.complexity[one] - self.complexity[other]), 0.0)
+        further = float(self.complexity[one] - self.complexity[other])
+        return max(further, 0.0) if self.numbers[one] > self.numbers[other] else 0.0
 
     @cached_property
     def _noise(self) -> Array:
@@ -243,40 +238,25 @@ class Candidates:
         front = [k for k, low in zip(order, lowest[:-1], strict=True) if self.remaining[k] < low]
         return next(k for k in front if not any(self.beats(other, k) for other in best))
 
-    def ranked(self, steps: int) -> list[int]:
-        """Return the numbers of the candidates with so many effects, the best first.
-
-        Args:
-            steps: number of effects, as in `steps`.
-        """
-        return self._sorted(steps, self.remaining)
-
     def promising(self, steps: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, those of the lowest cost first.
 
         Args:
             steps: number of effects, as in `steps`.
         """
-        return self._sorted(steps, self.costs)
-
-    def _sorted(self, steps: int, values: Array) -> list[int]:
-        """Candidates with so many effects, in the order of `values` (candidates,)."""
-        return sorted(np.flatnonzero(self.steps == steps).tolist(), key=lambda k: float(values[k]))
+        return sorted(np.flatnonzero(self.steps == steps).tolist(), key=lambda k: float(self.costs[k]))
 
     def alike(self, named: int, other: int) -> bool:
         """Return whether the data do not speak against a candidate in place of the named one.
 
-        A more complex candidate, such as one that contains the named law, is no other explanation. One that
-        predicts better, though not by a material amount, is one.
+        A more complex candidate, such as one that contains the named law, is no other explanation.
 
         Args:
             named: number of the named candidate.
             other: number of the other candidate.
         """
-        if self._more_complex(other, named) > self.thresholds.same_complexity:
-            return False
-        found = self.gain(other, named)
-        return found.mean <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
+        simple = self._more_complex(other, named) < ONE_NUMBER
+        return simple and not self.beats(named, other, priced=False)
 
     def leaves_little(self, candidate: int) -> bool:
         """Return whether the error above the noise that a candidate leaves is negligible in all outputs.
@@ -287,13 +267,13 @@ class Candidates:
         return bool(np.all(self._noise * self._above[candidate] < self.thresholds.negligible_error))
 
     def as_good(self, named: int) -> list[int]:
-        """Return the other candidates whose error is higher by less than `exchanged_rest`.
+        """Return the other candidates than which the named one is not materially better.
 
         Args:
             named: number of a candidate.
         """
-        most = self.remaining[named] / (1.0 - self.thresholds.exchanged_rest)
-        return [k for k in np.flatnonzero(self.remaining <= most).tolist() if k != named]
+        others = (k for k in range(len(self.predictions)) if k != named)
+        return [k for k in others if not self.is_material(named, k, priced=False)]
 
     def _different(self, before: int, after: int) -> list[int]:
         """Experiments that hold nearly all of the difference; none if they are enough for a test."""

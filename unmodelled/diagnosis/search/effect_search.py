@@ -41,8 +41,9 @@ MOST_EFFECTS = 5
 SINGLES, CLASSES, BEST, ALONE, DIFFERENT = (12, 6), (12, 6), (8, 4), (4, 2), 3
 #: Best single laws of which every variant is fitted over few windows; of the others, the plainest one.
 VARIED = 3
-#: Single laws around which the system is linearised again, beside what is named.
-RIVALS = 2
+#: Single laws around which the system is linearised again, beside what is named; sets of a class that are
+#: kept until one of them is named, and of those how many that differ in one law are fitted.
+RIVALS, KEPT_TWINS, TWINS = 2, 12, 4
 #: Share of the loss by which an iteration of a fit must lower it: candidates differ by more.
 NEAR_ENOUGH = 1e-3
 #: Multiples of a shape with many optima, see `ROUGH`, at which fits begin, too.
@@ -62,6 +63,8 @@ class EffectSearch:
             solved.
         complete: keys of the hypotheses that were fitted without each of their effects.
         converged: keys of the hypotheses that were fitted until their loss fell no more.
+        classes: sets that predict the same in a linear system, by class.
+        chance: probability that a law of the first system removes as much error if nothing is missing.
         refused: family, variant and place of effects that are neither named nor added any more.
         written: whether formulas were fitted already.
     """
@@ -73,6 +76,8 @@ class EffectSearch:
     around: dict[Key, list[Atom]] = field(default_factory=dict)
     complete: set[Key] = field(default_factory=set)
     converged: set[Key] = field(default_factory=set)
+    classes: list[list[Proposal]] = field(default_factory=list)
+    chance: float = 1.0
     refused: set[tuple[str, str, Place]] = field(default_factory=set)
     written: bool = False
 
@@ -121,6 +126,7 @@ class EffectSearch:
             self._grow_laws()
         if self._discover():
             self._remove()
+        self._fit_twins()
         self._converge()
         return self.candidates
 
@@ -165,14 +171,30 @@ class EffectSearch:
         """Solve the linear system around a fit, and fit the best sets of laws."""
         self.progress(f"solve the linear system around {parent.hypothesis}")
         chooser = self._chooser(parent)
+        if not self.around:
+            self.chance = chooser.chance
         self.around[parent.hypothesis.key] = chooser.differences() if len(self.fitted.runs) > 1 else []
-        first = int(bool(parent.hypothesis.effects))
-        heads = [group.head for group in chooser.classes() if group.head.atoms]
+        first, groups = int(bool(parent.hypothesis.effects)), [g for g in chooser.classes() if g.head.atoms]
+        alike = ([group.head, *group.twins[:KEPT_TWINS]] for group in groups)
+        self.classes += [[Proposal.of(parent, chooser, one) for one in group] for group in alike]
+        heads = [group.head for group in groups]
         best = chooser.singles[: SINGLES[first]]
         # variants differ by little in the linear system, and beside another effect the plainest may be enough
         few = [v for k, one in enumerate(best) for v in chooser.variants(one)[: None if k < VARIED else 1]]
         sets = [*best, *few, *heads[: CLASSES[first]]]
         self._fit_best([Proposal.of(parent, chooser, one) for one in sets], BEST[first], ALONE[first])
+
+    def _fit_twins(self) -> None:
+        """Fit sets that predict what the named one does, with another law in place of one of its laws."""
+        named = {(family, place) for family, _, place in self._named().hypothesis.key}
+        found: list[Proposal] = []
+        for group in self.classes:
+            laws = [{(family, place) for family, _, place in one.key} for one in group]
+            if named in laws:
+                swapped = (len(own) == len(named) and len(own - named) == 1 for own in laws)
+                found += [one for one, is_twin in zip(group, swapped, strict=True) if is_twin]
+        self._fit_best(found, TWINS, 0)
+        self._remove()
 
     def _vary(self) -> bool:
         """Fit a difference between experiments beside what is named and alone; whether laws may be named now.

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.comparison import Comparison
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 
 
@@ -15,9 +15,8 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
 
     A digital controller keeps the value of its output until the next sample. States that are as fast as a
     sample, such as the current of a motor, tell the difference, and effects would stand in for it. Inputs are
-    held only if the known physics then predicts left-out experiments better, by more than chance and
-    `least_gain`, and no input acts at the end of its time frame: an input that is held acts half a sample
-    later, which gains where a latency is missing.
+    held only if the known physics then predicts left-out experiments better, and no input acts at the end of
+    its time frame: an input that is held acts half a sample later, which gains where a latency is missing.
 
     Args:
         study: inputs of the diagnosis.
@@ -33,8 +32,6 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
         return straight
     progress("compare inputs that are held between samples")
     held = EffectSearch(replace(study, system=replace(study.system, inputs=inputs)), workers)
-    one, other = (search.found[frozenset()].score() for search in (straight, held))
-    found, limits = Comparison.of(one - other), study.thresholds
+    both = Candidates((straight.found[frozenset()], held.found[frozenset()]), study.thresholds)
     late = any(held.base.at_bound(name) for name in held.base.hypothesis.timing)
-    better = found.mean >= limits.least_gain and found.is_significant(limits.level)
-    return held if better and not late else straight
+    return held if both.beats(1, 0) and not late else straight

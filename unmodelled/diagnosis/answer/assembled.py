@@ -1,15 +1,12 @@
-"""Diagnosis of the gap between a system and measured experiments (shared/contracts/diagnosis.md)."""
+"""The parts of a diagnosis: effects with their numbers and shares, comparison, and notes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.answer.confirmed import confirmed
-from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Compared,
@@ -21,18 +18,14 @@ from unmodelled.diagnosis.data.result import (
     LogFault,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, confidence
-from unmodelled.diagnosis.decide.decision import Decision, decide
+from unmodelled.diagnosis.decide.decision import Decision
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.jackknife import interval
-from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
+from unmodelled.diagnosis.fitting.judged_models import known_model, values_per_experiment
 from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.effects.added import Added
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
@@ -42,56 +35,13 @@ DRAWS = 2000
 LISTED, LARGER = 20, 5
 
 
-def diagnose_gap(
-    system: System,
-    logs: Logs,
-    horizon: float,
-    seed: int,
-    workers: int = 2,
-    progress: Callable[[str], None] = lambda _: None,
-    faults: tuple[LogFault, ...] | None = None,
-    thresholds: Thresholds = DEFAULT_THRESHOLDS,
-) -> Diagnosis:
-    """Find the effects that explain the gap between a system and measured experiments.
-
-    A share of the experiments is held out from fitting and choosing; gaps are computed on these.
+def steps_to(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
+    """Return effects, the one that can least be done without first, and fits with it and earlier ones.
 
     Args:
-        system: the known physics.
-        logs: two or more experiments, with the states of `system`.
-        horizon: length of the free-run windows, s.
-        seed: seed of the held-out experiments, the network and the bootstrap.
-        workers: number of threads, default 2.
-        progress: function that is called with a line of text at each step.
-        faults: faults of the logs, computed by `without_copies` unless given. A fault that decides is the
-            answer; of identical experiments the first one is used.
-        thresholds: thresholds of all decisions.
-
-    Returns:
-        The diagnosis: verdict, effects, judged models, comparison and notes.
+        search: search with all fits.
+        chosen: fitted hypothesis with the effects.
     """
-    if faults is None:
-        system, logs, faults = without_copies(system, logs, horizon, thresholds)
-    if any(fault.decides for fault in faults):
-        return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
-    study = Study.of(system, different(logs), horizon, seed, thresholds)
-    named = confirmed(study, workers, progress)
-    search, chosen = named.search, named.chosen
-    path = _path(search, chosen)
-    steps = [
-        named.reidentified,
-        *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path),
-    ]
-    network, flexible = search.beside_network(chosen)
-    candidates = search.candidates
-    decision = decide(candidates, candidates.fits.index(chosen), flexible, steps[-1].gap)
-    models = [known_model(study), *steps, judged_model("neural", network)]
-    found = _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
-    return replace(found, notes=(*found.notes, *named.notes))
-
-
-def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
-    """Effects of `chosen`, the one that it can least do without first, and fits with it and earlier ones."""
     path: list[tuple[Added, FittedHypothesis]] = []
     whole = {effect.key: effect for effect in chosen.hypothesis.effects}
     without = {e.key: search.without(chosen, e).hypothesis.key for e in chosen.hypothesis.removable}
@@ -104,22 +54,32 @@ def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, F
     return path
 
 
-def _told(
-    study: Study,
+def assembled(
+    search: EffectSearch,
     decision: Decision,
     models: Sequence[JudgedModel],
     order: Sequence[Added],
     faults: tuple[LogFault, ...],
     seed: int,
 ) -> Diagnosis:
-    """The diagnosis of a decision; `models`: as given, re-identified, with one effect more each, neural."""
-    given, *steps, neural = models
+    """Return the diagnosis of a decision.
+
+    Args:
+        search: search with all fits.
+        decision: verdict and named hypothesis.
+        models: judged models as given, re-identified, with one effect more each, and with networks.
+        order: effects in the order of these models.
+        faults: faults of the logs.
+        seed: seed of the bootstrap.
+    """
+    study, (given, *steps, neural) = search.study, models
     reidentified, augmented = steps[0], steps[-1]
     named, floor = int(decision.candidates.steps[decision.named]), augmented.gap.floor
     sure = confidence(decision.verdict, named)
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, decision.verdict),
         confidence=sure,
+        chance=search.chance,
         effects=_effects(decision, order, steps, sure, seed),
         remainder=decision.remainder,
         known=given,
@@ -236,8 +196,8 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
-    """Answer with the faults of the logs; nothing is searched and nothing fitted.
+def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
+    """Return the answer with the faults of the logs; nothing is searched and nothing fitted.
 
     The confidence is the share of the gap that the fault explains, divided among it and the laws that explain
     as much, and full where logs are identical.
@@ -253,6 +213,7 @@ def _misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, "check_logs"),
         confidence=min([HIGHEST_CONFIDENCE, *shares]),
+        chance=None,
         effects=(),
         remainder=None,
         known=known,

@@ -39,7 +39,7 @@ class Comparison:
         """
         count, total = len(differences), float(differences.sum())
         error = float(differences.std(ddof=1) / np.sqrt(count)) if count > 1 else np.inf
-        flipped = _signs(count) @ differences
+        flipped = signs(count) @ differences
         chance = float(np.mean(flipped >= total - 1e-9 * np.abs(differences).sum()))
         return cls(total / count, error, chance)
 
@@ -53,8 +53,15 @@ class Comparison:
 
 
 @cache
-def _signs(parts: int) -> Array:
-    """Signs (changes, parts) of differences, as measured first."""
+def signs(parts: int) -> Array:
+    """Return signs of differences as chance may give them.
+
+    Args:
+        parts: number of differences.
+
+    Returns:
+        Signs, shape (changes, parts); of the first change all are positive, as measured.
+    """
     if parts <= EXACT:
         return np.array(list(product((1.0, -1.0), repeat=parts)))
     drawn = np.random.default_rng(0).choice([1.0, -1.0], (DRAWN, parts))

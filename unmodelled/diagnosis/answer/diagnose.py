@@ -1,0 +1,178 @@
+"""The story of a diagnosis, from top to bottom (shared/contracts/diagnosis.md).
+
+Why a law was named: `search/candidates.py` compares what was fitted, `Candidates.named` takes the simplest
+hypothesis that no other one beats, and `beats` is the only measure of "better".
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.extras import missing
+from unmodelled.base.progress import say
+from unmodelled.diagnosis.answer.assembled import assembled, misread, steps_to
+from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
+from unmodelled.diagnosis.answer.confirmed import confirmed
+from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
+from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
+from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
+from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
+from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
+from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.persistence import horizon_of
+from unmodelled.diagnosis.data.result import Diagnosis, LogFault
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.diagnosis.decide.decision import decide
+from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
+from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
+from unmodelled.diagnosis.gates.refusal import Refusal, given_file
+from unmodelled.diagnosis.gates.system_file import reason_against_system
+from unmodelled.diagnosis.search.log_faults import without_copies
+from unmodelled.diagnosis.where.outside_forces import outside_forces
+from unmodelled.diagnosis.where.where import where
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import several
+from unmodelled.systems.model import System
+
+
+def findings(
+    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
+) -> Findings:
+    """Diagnose the gap between a system and measured experiments, and check all files of the answer.
+
+    Args:
+        system: known physics; parameters marked `identify` are refitted.
+        logs: measured experiments, of which some are held out to judge the fitted models; a record that is
+            alone is cut into several.
+        horizon: length of the free-run windows, s; default: from the logs, see `default_horizon`.
+        seed: seed of the random generators; the same seed gives the same findings; default 0.
+        workers: number of threads; default: one per core.
+
+    Raises:
+        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+    """
+    # 1. What cannot be diagnosed is refused before anything is computed.
+    check_seed(seed)
+    logs = several(system, logs)
+    horizon = horizon_of(logs, horizon)
+    check(system, logs, horizon)
+
+    # 2. A column that is computed from another one measures nothing; a unit, a sign or a clock that is wrong
+    #    would be explained by physics.
+    system, logs, faults = without_copies(system, logs, horizon)
+    if not any(fault.decides for fault in faults):
+        check_windows(system, logs, horizon)
+
+    # 3. to 6. What is missing, and how sure is that?
+    threads = os.cpu_count() or 1 if workers is None else workers
+    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults))
+
+    # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
+    #    without any law. Pushes from outside are told, and a slip in a number of the file.
+    place = where(found)
+    if found.verdict == "check_logs":
+        return Findings(found, place, exported=False)
+    further = wrong_number(found), outside_forces(place.left)
+    found = replace(found, faults=(*found.faults, *(fault for fault in further if fault is not None)))
+
+    # 8. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
+    #    runs worse than the file it came from.
+    reason, notes = _checked(found)
+    refused = [Refusal(FILE, reason, given_file(found))] if reason else []
+    robot, more = _robot(found)
+    if isinstance(robot, Refusal):
+        refused, robot = [*refused, robot], None
+    answer = Findings(found, place, exported=not reason, robot=robot, refused=tuple(refused))
+    return answer.with_notes(*notes, *more, *shorter_windows(found))
+
+
+def diagnose_gap(
+    system: System,
+    logs: Logs,
+    horizon: float,
+    seed: int,
+    workers: int = 2,
+    progress: Callable[[str], None] = lambda _: None,
+    faults: tuple[LogFault, ...] | None = None,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
+) -> Diagnosis:
+    """Find the effects that explain the gap between a system and measured experiments.
+
+    A share of the experiments is held out from fitting and choosing; gaps are computed on these.
+
+    Args:
+        system: the known physics.
+        logs: two or more experiments, with the states of `system`.
+        horizon: length of the free-run windows, s.
+        seed: seed of the held-out experiments, the network and the bootstrap.
+        workers: number of threads, default 2.
+        progress: function that is called with a line of text at each step.
+        faults: faults of the logs, computed by `without_copies` unless given. A fault that decides is the
+            answer; of identical experiments the first one is used.
+        thresholds: thresholds of all decisions.
+
+    Returns:
+        The diagnosis: verdict, effects, judged models, comparison and notes.
+    """
+    if faults is None:
+        system, logs, faults = without_copies(system, logs, horizon, thresholds)
+    if any(fault.decides for fault in faults):
+        return misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
+    study = Study.of(system, different(logs), horizon, seed, thresholds)
+
+    # 3. Refit the known physics by free runs (Bock 1987). Rank everything that could be wrong as columns of
+    #    one linear system around the fit, and fit the best for real. Better is what predicts experiments that
+    #    were left out (Vehtari, Gelman and Gabry 2017). Go on around what is named.
+    # 4. Experiments that took no part in any of this refuse what lowers their error by nothing.
+    named = confirmed(study, workers, progress)
+    search, chosen = named.search, named.chosen
+
+    # 5. Is it all? A network in every port knows no law: if it predicts further, or what is left is no noise,
+    #    more is missing.
+    steps = steps_to(search, chosen)
+    models = [judged_model(f"with {e.family} at {e.place.channel}", fitted) for e, fitted in steps]
+    network, flexible = search.beside_network(chosen)
+    models = [known_model(study), named.reidentified, *models, judged_model("neural", network)]
+
+    # 6. The verdict, what cannot be told from what is named, and how often such answers are right.
+    candidates = search.candidates
+    decision = decide(candidates, candidates.fits.index(chosen), flexible, models[-2].gap)
+    found = assembled(search, decision, models, [effect for effect, _ in steps], faults, seed)
+    return replace(found, notes=(*found.notes, *named.notes))
+
+
+def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:
+    """Why the augmented system is not offered, empty if it is, and notes on its whole runs."""
+    say("simulate whole experiments with the augmented system")
+    with TemporaryDirectory() as folder:
+        try:
+            write_augmented(found, Path(folder))
+        except ValueError as fault:  # not every expression has a form in a file
+            return f"it cannot be written ({fault})", ()
+        try:
+            reason, notes = reason_against_system(found, Path(folder) / FILE)
+        except Exception as fault:  # nothing leaves unchecked
+            return f"it could not be checked ({reason_of(fault)}): please report this line", ()
+    return reason, (*notes, *beyond_the_data(found))
+
+
+def _robot(found: Diagnosis) -> tuple[RobotFile | Refusal | None, list[str]]:
+    """The patched robot file of a system that has one, and a note if it cannot be made."""
+    if found.system.robot is None:
+        return None, []
+    what = f"{found.system.robot.file} was not patched"
+    try:
+        say("patch the robot file and run it in MuJoCo")
+        return offered(found), []
+    except BadInput as reason:
+        return None, [f"{what}: {reason}"]
+    except ModuleNotFoundError as reason:
+        return None, [f"{what}: {missing(reason) or reason}"]
+    except Exception as fault:
+        return None, [note_on(what, fault)]
