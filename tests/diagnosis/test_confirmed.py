@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +13,11 @@ import pytest
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import study
 from unmodelled.diagnosis.answer import confirmed as module
-from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, _is_lower, confirmed
+from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, _is_lower, _refused, confirmed
 from unmodelled.diagnosis.data.gap import FreeRun, Gap
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
 
@@ -56,6 +58,18 @@ def test_the_best_without_refused_effects_is_judged_next(
     assert note.startswith(
         "coulomb_friction at joint predicts the fitted experiments better, but not the held"
     )
+
+
+@pytest.mark.long
+def test_a_model_that_is_hardly_better_than_none_names_nothing(tmp_path: Path) -> None:
+    found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
+    gap = judged_model("", found.chosen).gap
+    assert found.chosen.hypothesis.effects
+    for share, named in ((1.1, True), (0.9, False)):
+        limits = replace(DEFAULT_THRESHOLDS, useful_error=share * gap.value / gap.persistence)
+        search = EffectSearch(replace(found.search.study, thresholds=limits), 1)
+        chosen = FittedHypothesis.of(found.chosen.hypothesis, search.fitted, [found.chosen.fit.every])
+        assert bool(_refused(search, chosen, found.reidentified.gap)) != named
 
 
 @pytest.mark.long

@@ -136,8 +136,9 @@ def _best(search: EffectSearch) -> FittedHypothesis:
 def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
     """Of the effects that hardly lower the error of held-out experiments, the one without which it is lowest.
 
-    All of them, if together they do not lower it by a material share, or not below that of a prediction
-    without a model; `before` is the gap without any.
+    All of them, if together they do not lower it by a material share, or not below a share of that of
+    persistence: a model that predicts hardly better than no model explains nothing. `before` is the gap
+    without any.
     """
     effects, thresholds = named.hypothesis.removable, search.study.thresholds
     gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.material_rest) ** 2
@@ -145,7 +146,8 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
     if len(effects) > 1 and idle:
         return [min(idle, key=lambda one: one[0])[1]]
-    lower = gap.value < gap.persistence and shrink(before.value, gap.value, before.floor) >= material
+    useful = gap.value <= thresholds.useful_error * gap.persistence
+    lower = useful and shrink(before.value, gap.value, before.floor) >= material
     return () if lower else named.hypothesis.effects
 
 
@@ -181,6 +183,7 @@ def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence
 def _refusals(refused: Iterable[Added]) -> list[str]:
     each = dict.fromkeys(f"{e.family} at {e.place.channel}" for e in refused)
     return [
-        f"{name} predicts the fitted experiments better, but not the held-out ones: it is not named"
+        f"{name} predicts the fitted experiments better, but not the held-out ones, or hardly better than "
+        "no model: it is not named"
         for name in each
     ]
