@@ -12,10 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import study
+from tests.diagnosis.benches import PERIOD, Bench, pendulum
+from tests.diagnosis.studies import HORIZON, study
 from unmodelled.diagnosis.data.study import Study, held_out
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
@@ -109,3 +110,18 @@ def test_one_of_few_experiments_of_a_level_is_held_out(seed: int) -> None:
     loads = np.isin(np.arange(11), (0, 8, 10)).astype(float)
     chosen = held_out(table(load=loads.tolist()), seed)
     assert len(chosen) == 3 and np.sum(loads[list(chosen)]) == 1.0
+
+
+def test_an_input_from_a_slower_clock_has_its_own_period(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    logs = Bench(samples=600, runs=4).logs(tmp_path / "logs", system)
+    t = np.arange(600.0)
+    smooth = np.sin(2e-4 * t**2) + 0.3 * np.sin(0.03 * t)
+    slow = np.interp(t, t[::8], smooth[::8])
+    triangle = np.abs(np.mod(t, 40.0) - 20.0)
+    held = np.repeat(smooth[::8], 8)
+    for course, samples in ((slow, 8.0), (smooth, 1.0), (triangle, 1.0), (held, 1.0)):
+        found = Study.of(system, replace(logs, u=np.tile(course, 4)[:, None]), HORIZON, 0)
+        assert found.input_periods["torque"] == pytest.approx(samples * logs.period)
+        timing = next(u for u in Hypothesis.known(found).unknowns if u.name.startswith("timing"))
+        assert timing.high == pytest.approx(0.6 * samples * logs.period)

@@ -175,18 +175,18 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
 
 def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
     """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
-    notes, period, chosen = list(study.logs.notes), study.logs.period, decision.prediction.fitted
+    notes, chosen = list(study.logs.notes), decision.prediction.fitted
     held = [item.name for item in chosen.hypothesis.system.inputs if item.hold]
     if held:
         notes.append(f"inputs keep their values between samples (hold: true): {', '.join(held)}")
     for name, item in chosen.hypothesis.timing.items():
-        late = chosen.fit.values[name]
+        late, period = chosen.fit.values[name], study.input_periods[item]
         if abs(late) > max(0.1 * period, 2.0 * chosen.fit.variance(name) ** 0.5):
             most = "at least " if chosen.at_bound(name) else ""
             notes.append(
                 f"input {item} acts {most}{abs(late):.2g} s {'later' if late > 0.0 else 'earlier'} than "
-                f"logged ({abs(late) / period:.2g} sampling periods; zero-order hold alone is half of one): "
-                "this is not reported as a delay; give a known delay in the system file"
+                f"logged ({abs(late) / period:.2g} of its sampling periods; zero-order hold alone is half of "
+                "one): this is not reported as a delay; give a known delay in the system file"
             )
     if chosen.fit.own:
         notes.append(

@@ -120,12 +120,14 @@ class Chooser:
         """Return the probability that the best of all laws removes as much error where nothing is missing.
 
         Of nothing, the left-out error of an experiment falls as often as it rises: the signs of all changes
-        in an experiment are drawn together (maximum statistic, Westfall and Young 1993).
+        in an experiment are drawn together (maximum statistic, Westfall and Young 1993). An error can fall by
+        no more than all of it, so that a rise counts no more than the largest fall of the experiment.
         """
         every = np.arange(len(self.units))[:, None]
         every = every[self._is_few(every)]
         nothing = self.folds.errors(np.full((1, 1), -1))
         fallen = nothing - self.folds.errors(self._atoms_of(every))
+        fallen = np.maximum(fallen, -fallen.max(axis=0, initial=0.0))
         best = (fallen @ signs(fallen.shape[1]).T).max(axis=0, initial=0.0)
         return float(np.mean(best >= (1.0 - 1e-9) * best[0]))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,11 @@ Array = NDArray[np.float64]
 #: Names of the problems.
 SLOW, OTHER_RUN = "slow", "other_run"
 #: Fewest samples between the changes of an input that is logged rarely, fewest changes of a run, and smallest
-#: distance of two changes, in their median.
+#: distance of two changes, in their median; also the share of bends of a straight course at this distance.
 FEWEST_BETWEEN, FEWEST_CHANGES, REGULAR = 5, 20, 0.6
+#: Change of a slope, as a share of the largest one, that stamps with few digits make, and fewest slopes of a
+#: run that far apart, of a motion that was read from a slower clock: a triangle has two.
+SAME_SLOPE, FEWEST_SLOPES = 0.01, 10
 #: Pairs of runs in a sentence.
 LISTED = 4
 
@@ -33,10 +36,7 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
     for j, name in enumerate(logs.inputs):
         runs = [logs.u[logs.rows(i), j] for i in range(len(logs))]
         changes = [np.flatnonzero(np.diff(u, prepend=np.nan) != 0.0) for u in runs]
-        if any(len(at) < FEWEST_CHANGES for at in changes):
-            continue
-        pace = float(np.median(np.concatenate([np.diff(at) for at in changes])))
-        if pace < FEWEST_BETWEEN or min(int(np.diff(at)[1:].min()) for at in changes) < REGULAR * pace:
+        if (pace := _pace(changes)) is None:
             continue
         read = logs.u.copy()
         straight = [np.interp(np.arange(len(u)), at, u[at]) for u, at in zip(runs, changes, strict=True)]
@@ -48,6 +48,33 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
             "Log it as often as the outputs",
         )
         yield Question(problem, (name,), Correction.replaced(logs, read))
+
+
+def straight_pace(logs: Logs, item: int) -> float:
+    """Return how many samples an input runs straight at a time, as if read from a slower clock; else 1.
+
+    Args:
+        logs: logs of all experiments.
+        item: number of the input.
+    """
+    slopes = [np.diff(logs.u[logs.rows(i), item]) for i in range(len(logs))]
+    steps = [slope / (SAME_SLOPE * float(np.abs(slope).max(initial=1e-300))) for slope in slopes]
+    bends = [np.flatnonzero(np.abs(np.diff(step)) > 1.0) for step in steps]
+    bends = [at[np.diff(at, prepend=-2) > 1] for at in bends]  # a bend between two samples shows at both
+    if (pace := _pace(bends)) is None:
+        return 1.0
+    often = float(np.mean(np.abs(np.concatenate([np.diff(at) for at in bends]) - pace) <= 1.0))
+    few = any(len(np.unique(step[at].round())) < FEWEST_SLOPES for step, at in zip(steps, bends, strict=True))
+    return 1.0 if few or often < REGULAR else pace
+
+
+def _pace(changes: Sequence[NDArray[np.int64]]) -> float | None:
+    """Samples between changes that are rare and regular in all runs; None if they are not."""
+    if any(len(at) < FEWEST_CHANGES for at in changes):
+        return None
+    pace = float(np.median(np.concatenate([np.diff(at) for at in changes])))
+    regular = min(int(np.diff(at)[1:].min()) for at in changes) >= REGULAR * pace
+    return pace if pace >= FEWEST_BETWEEN and regular else None
 
 
 def inputs_of_other_runs(logs: Logs, shift: int) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.replaced_inputs import straight_pace
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.scales import Scales
@@ -86,6 +87,12 @@ class Study:
     def sensors(self) -> Sensors:
         """Return the sensors of all experiments, for models that are fitted already."""
         return Sensors(self.logs)
+
+    @cached_property
+    def input_periods(self) -> Mapping[str, float]:
+        """Return the sampling period, s, of every input: its own, if it was read from a slower clock."""
+        logs = self.logs
+        return {name: logs.period * straight_pace(logs, j) for j, name in enumerate(logs.inputs)}
 
     @cached_property
     def scales(self) -> Scales:

@@ -185,10 +185,13 @@ class Hypothesis:
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
         """Return the numbers to fit: uncertain parameters, timing, and numbers of the effects."""
-        period = self.study.logs.period
-        room = self.study.thresholds.input_timing * period
+        share = self.study.thresholds.input_timing
         physics = [Unknown.of(p) for p in self.study.system.parameters if p.identify]
-        timing = [Unknown(name, -room, room, period) for name in self.timing]
+        timing = [
+            Unknown(name, -share * period, share * period, period)
+            for name, item in self.timing.items()
+            if (period := self.study.input_periods[item])
+        ]
         return (*physics, *timing, *(u for e in self.effects for u in self._of(e)))
 
     def _of(self, effect: Added) -> list[Unknown]:
