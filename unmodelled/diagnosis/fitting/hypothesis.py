@@ -187,11 +187,8 @@ class Hypothesis:
         """Return the numbers to fit: uncertain parameters, timing, and numbers of the effects."""
         share = self.study.thresholds.input_timing
         physics = [Unknown.of(p) for p in self.study.system.parameters if p.identify]
-        timing = [
-            Unknown(name, -share * period, share * period, period)
-            for name, item in self.timing.items()
-            if (period := self.study.input_periods[item])
-        ]
+        periods = {name: self.study.input_periods[item] for name, item in self.timing.items()}
+        timing = [Unknown(name, -share * p, share * p, p) for name, p in periods.items()]
         return (*physics, *timing, *(u for e in self.effects for u in self._of(e)))
 
     def _of(self, effect: Added) -> list[Unknown]:
