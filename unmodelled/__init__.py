@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from unmodelled.api.answer import Answer as Answer
     from unmodelled.api.answer_list import AnswerList as AnswerList
     from unmodelled.api.answer_list import list_answers as list_answers
-    from unmodelled.api.diagnosis import Answer as Answer
-    from unmodelled.api.diagnosis import GapLocation as GapLocation
-    from unmodelled.api.diagnosis import NamedEffect as NamedEffect
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.diagnosis import read_answer as read_answer
     from unmodelled.api.example import example as example
     from unmodelled.api.fmu import write_fmu as write_fmu
     from unmodelled.api.learned_laws import LearnedLaws as LearnedLaws
     from unmodelled.api.learned_laws import learned_laws as learned_laws
+    from unmodelled.api.named_effect import GapLocation as GapLocation
+    from unmodelled.api.named_effect import NamedEffect as NamedEffect
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
     from unmodelled.api.plan import Plan as Plan
@@ -53,11 +53,13 @@ if TYPE_CHECKING:
 else:
     #: Modules and the public names that they define: the imports above, which a test compares.
     _NAMES = {
+        "api.answer": ("Answer",),
         "api.answer_list": ("AnswerList", "list_answers"),
-        "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose", "read_answer"),
+        "api.diagnosis": ("diagnose", "read_answer"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),
         "api.learned_laws": ("LearnedLaws", "learned_laws"),
+        "api.named_effect": ("GapLocation", "NamedEffect"),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
         "api.plan": ("Plan", "plan"),
         "api.robot": ("supplement",),

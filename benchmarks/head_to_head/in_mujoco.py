@@ -263,7 +263,7 @@ def gaps_in_mujoco(model: Model, study: Study) -> dict[str, float]:
         study: known physics, logs and held-out experiments.
     """
     if model.answer is not None:
-        entry = model.answer.findings.content.get("robot")  # type: ignore[attr-defined]
+        entry = model.answer.content.get("robot")  # type: ignore[attr-defined]
         if not entry:
             return {}
         runs = entry["replay"]

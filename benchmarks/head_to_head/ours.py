@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from benchmarks.head_to_head.method import Model, uncertain
-from unmodelled.api.diagnosis import Answer
+from unmodelled.api.answer import Answer
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
@@ -37,18 +37,17 @@ class Ours:
     name, needs = "ours", ()
 
     def fit(self, study: Study) -> Model:
-        answer = Answer(findings(study.system, study.logs, study.horizon, study.seed, workers=1))
-        diagnosis = answer.findings.diagnosis
+        found = findings(study.system, study.logs, study.horizon, study.seed, workers=1)
+        answer = Answer.of(found)
         laws = [f"{e.family} {e.law} at {e.port}" for e in answer.effects]
         says = f"{answer.verdict}: " + ("; ".join(laws) or "no effect named")
         numbers = {row["name"]: float(row["identified"]) for _, row in answer.parameters.iterrows()}
-        augmented = diagnosis.augmented
         budget = f"confidence {answer.confidence:.2f}"
-        entries = answer.findings.content["effects"]
+        entries = answer.content["effects"]
         named = tuple((e["family"], e["port"]) for e in entries)
         alike = tuple((o["family"], o["port"]) for e in entries for o in e["indistinguishable"])
         return Model(
-            *_with_all_outputs(augmented, study),
+            *_with_all_outputs(found.diagnosis.augmented, study),
             says,
             numbers,
             budget=budget,

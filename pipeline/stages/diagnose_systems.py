@@ -9,9 +9,11 @@ from pathlib import Path
 from pipeline.chapters.known import system_files
 from pipeline.revision import PACKAGE
 from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.answer.diagnose import findings
+from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
@@ -49,8 +51,10 @@ def diagnose_systems(
 
 def _diagnose(system: Path, logs: Path, horizon: float | None, seed: int, threads: int, out: Path) -> None:
     known = read_system(system)
-    found = findings(known, read_logs(logs, known), horizon, seed, threads).save(out)
-    print(f"{system}: {found}")
+    found = findings(known, read_logs(logs, known), horizon, seed, threads)
+    with replacing_folder(out) as folder:
+        content = found.write(folder, machine=False)
+    print(f"{system}:", *sentences(content), sep="\n")
 
 
 def _digest(place: Path) -> str:

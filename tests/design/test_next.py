@@ -294,7 +294,7 @@ def test_the_answer_says_where_its_system_and_logs_are(
         read.append((system, logs))
         raise BadInput("enough")
 
-    monkeypatch.setattr("unmodelled.diagnosis.answer.saved_findings.read_inputs", stop)
+    monkeypatch.setattr("unmodelled.api.answer.read_inputs", stop)
     content = json.loads((case / "answer" / "diagnosis.json").read_text())
     limits, system, logs = case / "limits.yaml", case / "cart.yaml", case / "logs"
 

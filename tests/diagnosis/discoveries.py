@@ -56,7 +56,7 @@ def main(first: int, last: int) -> None:
             with tempfile.TemporaryDirectory() as place:
                 folder = Path(place)
                 answer = diagnosed(folder, CART, record(folder / "logs", force, number))
-            gap = answer.findings.content["gap"]
+            gap = answer.content["gap"]
             said = " + ".join(f"{e.family} ({e.law})" for e in answer.effects) or "nothing"
             ratio = gap["augmented"] / gap["floor"]
             print(f"{kind} {number}: {answer.verdict}, {ratio:.2f} times the floor: {said}", flush=True)

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.diagnosis.run_folder import diagnosed, write_runs
-from unmodelled.api.diagnosis import Answer
+from unmodelled.api.answer import Answer
 
 pytestmark = pytest.mark.long
 Array = NDArray[np.float64]

@@ -131,7 +131,7 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     assert number["value"] == pytest.approx(0.12, rel=0.03)
     # the file of the machine has no such port; the experiment to make next is designed with it
     (tmp_path / "limits.yaml").write_text("duration: 0.5\ninputs: {u: {low: -1, high: 1}}\n")
-    given = found.model.system, found.model.logs, answer.findings.content
+    given = found.model.system, found.model.logs, answer.content
     assert planned(*given, tmp_path / "limits.yaml", 0).table()["u"].abs().max() <= 1.0
     assert any("equal and opposite efforts" in note for note in answer.notes)
 

@@ -39,7 +39,7 @@ def simulation() -> um.Simulation:
 def answer(tmp_path_factory: pytest.TempPathFactory) -> um.Answer:
     """A diagnosis whose numbers are simply said."""
     found = diagnosis(tmp_path_factory.mktemp("case"), FRICTION)
-    return um.Answer(Findings(found, where(found), exported=True))
+    return um.Answer.of(Findings(found, where(found), exported=True))
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_a_folder_that_no_verb_made_is_refused(
 
 
 def test_a_result_is_not_saved_over_its_logs(answer: um.Answer) -> None:
-    logs = answer.findings.diagnosis.logs
+    _, logs = answer.inputs()
     before = sorted(Path(logs.source).iterdir())
     with pytest.raises(um.BadInput, match=r"is the input logs="):
         answer.save(logs.source)
@@ -140,7 +140,7 @@ def test_a_saved_answer_is_read_back(answer: um.Answer, tmp_path: Path) -> None:
     assert um.read_answer(tmp_path / "copy").table().equals(answer.table())
     with pytest.raises(um.BadInput, match=r"is the input answer="):
         read.save(tmp_path / "out")
-    logs = answer.findings.diagnosis.logs
+    _, logs = answer.inputs()
     assert um.simulate(read, logs).value == pytest.approx(um.simulate(answer, logs).value)
 
 
@@ -236,7 +236,7 @@ def test_an_interruption_while_figures_are_drawn_leaves_the_older_answer_whole(
     answer.save(out, pages=False)
     (out / "diagnosis.json").write_text("{}")  # an older one
     older = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    monkeypatch.setattr("unmodelled.api.diagnosis.write_figures", interrupted)
+    monkeypatch.setattr("unmodelled.api.answer.write_figures", interrupted)
     for place in (out, tmp_path / "new"):
         with pytest.raises(KeyboardInterrupt):
             answer.save(place)
@@ -244,6 +244,7 @@ def test_an_interruption_while_figures_are_drawn_leaves_the_older_answer_whole(
     assert {path.name for path in (tmp_path / "new").glob("[!.]*")} == {
         "diagnosis.json",
         "augmented_system.yaml",
+        "tables",
     }
     assert {path.name for path in tmp_path.iterdir()} == {"out", "new"}
 
@@ -251,7 +252,7 @@ def test_an_interruption_while_figures_are_drawn_leaves_the_older_answer_whole(
 def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out", pages=False)
     read = um.read_system(tmp_path / "out" / "augmented_system.yaml")
-    logs = answer.findings.diagnosis.logs
+    _, logs = answer.inputs()
     saved, own = um.simulate(read, logs), um.simulate(answer.system, logs)
     assert saved.value == pytest.approx(own.value, rel=1e-9)
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
@@ -267,7 +268,7 @@ def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tm
 def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp_path: Path) -> None:
     said, timing = CASES[name]
     found = diagnosis(tmp_path / "case", *said, timing=timing)
-    own = um.Answer(Findings(found, where(found), exported=True))
+    own = um.Answer.of(Findings(found, where(found), exported=True))
     held_out = [found.logs.ids[i] for i in HELD_OUT]
     again = um.simulate(own.system, found.logs, HORIZON, held_out)
     assert again.value == pytest.approx(found.augmented.gap.value, rel=1e-6)
@@ -276,8 +277,8 @@ def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp
 @pytest.mark.long
 def test_the_page_names_the_command_that_gives_the_same_answer(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out")
-    found = answer.findings.diagnosis
-    files = f"system={found.system.source} logs={found.logs.source}"
+    system, logs = answer.inputs()
+    files = f"system={system.source} logs={logs.source}"
     for figure in read_json(tmp_path / "out" / "figures" / "figures.json"):
         assert figure["command"] == f"unmodelled diagnose {files} horizon={HORIZON} seed=3"
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from unmodelled.api.diagnosis import Answer
+from unmodelled.api.answer import Answer
 from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
@@ -138,7 +138,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
         >>> found.table().columns.tolist(), bool(found.table()["torque"].abs().max() <= 0.5)
         (['t', 'torque'], True)
     """
-    return planned(*answer.findings.inputs(), answer.findings.content, Path(limits), seed)
+    return planned(*answer.inputs(), answer.content, Path(limits), seed)
 
 
 def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path, seed: int) -> NextExperiment:

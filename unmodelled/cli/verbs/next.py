@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from unmodelled.api.diagnosis import read_answer
 from unmodelled.api.next_experiment import planned
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.answer.saved_findings import SavedFindings
 from unmodelled.diagnosis.fitting.checks import check_seed
 
 
@@ -40,7 +40,7 @@ def next(
             system file or the logs have moved, or when no experiment keeps the limits.
     """
     check_seed(seed)
-    found = SavedFindings.read(answer)
+    found = read_answer(answer)
     proposal = planned(*found.inputs(system, logs), found.content, limits, seed)
     proposal.save(out)
     print(proposal)

@@ -1,0 +1,277 @@
+"""The answer of a diagnosis, as a user meets it: named effects, tables, figures and pages."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from unmodelled.api.named_effect import GapLocation, NamedEffect
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.notebook import shown
+from unmodelled.base.ownership import writing
+from unmodelled.diagnosis.answer.augmented import FILE
+from unmodelled.diagnosis.answer.findings import SUMMARY, TABLES, Findings, with_parts
+from unmodelled.diagnosis.answer.live import LIVE
+from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.gates.refusal import Refusal
+from unmodelled.logs.inputs import read_inputs
+from unmodelled.logs.logs import Logs
+from unmodelled.report.diagnosis_page import PAGE, write_page
+from unmodelled.report.figures.files import figures_of, write_figures
+from unmodelled.report.figures.style import verbatim
+from unmodelled.report.headline import as_said, effect_name, headline
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Answer:
+    """Answer of a diagnosis; made by `diagnose`, or read by `read_answer`.
+
+    Attributes:
+        folder: folder with the files of the answer; of one that is not saved, a temporary one.
+        content: content of diagnosis.json.
+        given: system and logs, where they are known; default: they are read from where `content` says.
+    """
+
+    folder: Path
+    content: Mapping[str, Any]
+    given: tuple[System, Logs] | None = None
+
+    @classmethod
+    def of(cls, found: Findings) -> Answer:
+        """Write what a diagnosis has found into a temporary folder, which goes with the answer.
+
+        Args:
+            found: results of a diagnosis.
+        """
+        folder = Path(mkdtemp(prefix="unmodelled-"))
+        given = found.diagnosis.system, found.diagnosis.logs
+        try:
+            content = found.write(folder)
+            paths = {"system": given[0].source, "logs": given[1].source}
+            if sources := {name: str(Path(path).absolute()) for name, path in paths.items() if path}:
+                write_json(folder / SUMMARY, content := content | {"sources": sources})
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        answer = cls(folder, content, given)
+        weakref.finalize(answer, shutil.rmtree, folder, ignore_errors=True)
+        return answer
+
+    @property
+    def verdict(self) -> str:
+        """Return effect, main_effect, no_gap, unknown or check_logs."""
+        return str(self.content["verdict"])
+
+    @property
+    def confidence(self) -> float:
+        """Return the calibrated probability that the verdict and its effects are right, 0 to 1."""
+        return float(self.content["confidence"])
+
+    @cached_property
+    def effects(self) -> tuple[NamedEffect, ...]:
+        """Return the effects that the model leaves out, the strongest first."""
+        return tuple(NamedEffect.of(entry) for entry in self.content["effects"])
+
+    @cached_property
+    def where(self) -> GapLocation:
+        """Return the place of the gap: channels, regions, factors, experiments."""
+        return GapLocation.of(self.content["where"])
+
+    @cached_property
+    def system(self) -> System:
+        """Return the system with the diagnosed effects and all identified numbers.
+
+        It is the system as given where the augmented one is not offered (see `refused`), and with the verdict
+        check_logs.
+
+        Raises:
+            BadInput: when the given system is no longer where it was.
+        """
+        if (self.folder / FILE).exists():
+            return read_system(self.folder / FILE)
+        return self.given[0] if self.given else read_system(self._place("system", None))
+
+    def inputs(self, system: Path | None = None, logs: Path | None = None) -> tuple[System, Logs]:
+        """Return the diagnosed system and its logs.
+
+        Args:
+            system: path of the system file; default: where the answer found it.
+            logs: path of the logs; default: where the answer found them.
+
+        Raises:
+            BadInput: when one of them is no longer where it was, or cannot be read.
+        """
+        if self.given and system is None and logs is None:
+            return self.given
+        return read_inputs(self._place("system", system), self._place("logs", logs))
+
+    def _place(self, name: str, given: Path | None) -> Path:
+        if given is not None:
+            return given
+        file, place = self.folder / SUMMARY, self._sources.get(name)
+        if not isinstance(place, str):
+            raise BadInput(f"{file}: does not say where its {name} is: add {name}=<path>")
+        if not os.path.exists(place):  # noqa: PTH110 - a damaged path is none
+            raise BadInput(f"{file}: {name}: no longer at {place!r}: add {name}=<path>")
+        return Path(place)
+
+    @property
+    def _sources(self) -> Mapping[str, Any]:
+        kept = self.content.get("sources")
+        return kept if isinstance(kept, dict) else {}
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Return the files that are not offered, a sentence each with the reason and the file to keep."""
+        entries = self.content.get("refused", ())
+        return tuple(str(Refusal(entry["file"], entry["reason"], entry["keep"])) for entry in entries)
+
+    @property
+    def shrink(self) -> float:
+        """Return the share of the squared gap above the noise floor that the effects explain, 0 to 1."""
+        return float(self.content["gap"]["shrink"])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return remarks on logs, models and integration, a sentence each."""
+        return tuple(self.content["notes"])
+
+    @property
+    def gaps(self) -> pd.DataFrame:
+        """Return model and gap on the held-out experiments, in standard deviations of the outputs.
+
+        The models are the system as given (known), with refitted parameters (reidentified), with the effects
+        found (augmented), with a network in every port (neural), the noise floor (floor), and the prediction
+        that every output keeps its value or its speed (persistence).
+        """
+        gap = self.content["gap"]
+        return pd.DataFrame([(name, gap[name]) for name in MODELS], columns=["model", "gap"])
+
+    @property
+    def units(self) -> pd.DataFrame:
+        """Return the errors on the held-out experiments in units of the outputs' columns, a row per output.
+
+        Columns: output, unit, known and augmented (at the end of the free-run windows), known_whole_run and
+        augmented_whole_run; nan where the simulation diverges.
+        """
+        errors = self.content["gap"]["units"]
+        rows = [{"output": name, **as_said(entry)} for name, entry in errors.items()]
+        numbers = ["known", "augmented", "known_whole_run", "augmented_whole_run"]
+        table = pd.DataFrame(rows, columns=["output", "unit", *numbers])
+        return table.astype(dict.fromkeys(numbers, float))
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Return the refitted parameters: name, unit, known, identified, low, high (95 % interval), SI."""
+        rows = [
+            (name, e["unit"], e["known"], e["identified"], *e["interval"])
+            for name, e in self.content["parameters"].items()
+        ]
+        return pd.DataFrame(rows, columns=["name", "unit", "known", "identified", "low", "high"])
+
+    def table(self) -> pd.DataFrame:
+        """Return the numbers of the effects, a row each.
+
+        Columns: effect (in words), law, parameter, value, low, high (95 % interval), unit (SI), confidence
+        and shrink (both of the effect, 0 to 1).
+        """
+        rows = [
+            (
+                *(effect_name(entry), entry["law"], name, number["value"], *number["interval"]),
+                *(number["unit"], entry["confidence"], entry["shrink"]),
+            )
+            for entry in self.content["effects"]
+            for name, number in entry["parameters"].items()
+        ]
+        columns = ["effect", "law", "parameter", "value", "low", "high", "unit", "confidence", "shrink"]
+        return pd.DataFrame(rows, columns=columns)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draw a figure of the answer.
+
+        Args:
+            figure: name of the figure: gap (default; the gap of every model), lacking (missing effort of the
+                known physics), left_over (that of the augmented model), experiments, before_and_after or
+                candidates. With the verdict check_logs, only experiments (then the default) and
+                before_and_after exist.
+
+        Raises:
+            BadInput: when the answer has no such figure.
+        """
+        if not (self.folder / TABLES).is_dir():
+            raise BadInput(f"{self.folder / TABLES}: no such folder: diagnose again to draw its figures")
+        figures = figures_of(self.folder)
+        name = next(iter(figures)) if figure is None else figure
+        if name not in figures:
+            raise BadInput(f"figure: there is no {name!r}{closest(str(name), figures)}")
+        with verbatim():
+            return figures[name](self.folder)
+
+    def save(self, folder: Path | str, pages: bool = True) -> tuple[str, ...]:
+        """Write the answer, the augmented system and the tables; then figures and a page.
+
+        The folder gets diagnosis.json, augmented_system.yaml (a system file; none where the logs are to be
+        checked, or where it is not offered, see `refused`), tables, figures and index.html, a page with
+        all of it. Into a new folder the answer is written first; an older one is replaced in the end. A
+        picture that cannot be drawn is a note.
+
+        Args:
+            folder: folder that is new, empty or holds an older diagnosis; replaced as a whole.
+            pages: whether figures and the page are made; default: yes.
+
+        Returns:
+            Notes on what could not be made; none where everything was.
+
+        Raises:
+            BadInput: when the folder may not be replaced, or the answer cannot be written.
+        """
+        out, drawn = (
+            Path(folder),
+            {"figures": write_figures, PAGE: lambda into: write_page(into, self._command)},
+        )
+        drawn = {name: write for name, write in drawn.items() if pages and not (self.folder / name).exists()}
+        left_out = shutil.ignore_patterns(".*", *(() if pages else (LIVE,)))
+        sources = {"answer": str(self.folder), **self._sources}
+        with writing("diagnose", out, sources), replacing_folder(out) as new:
+            shutil.copytree(self.folder, new, ignore=left_out, dirs_exist_ok=True)
+            if not (out / SUMMARY).exists():  # an older answer stays whole until this one is
+                with replacing_folder(out) as bare:
+                    shutil.copytree(new, bare, dirs_exist_ok=True)
+            notes = with_parts(new, self.content, drawn)["notes"]
+        return tuple(notes[len(self.notes) :])
+
+    def __repr__(self) -> str:
+        return "\n".join(sentences(self.content))
+
+    def _repr_html_(self) -> str:
+        tables = {
+            "Numbers of the effects": self.table().drop(columns=["law", "confidence", "shrink"]),
+            "Errors on held-out experiments, in units of the outputs": self.units,
+            "Gap on held-out experiments, in standard deviations of the outputs": self.gaps,
+            "Refitted parameters": self.parameters,
+            "Channels by which the gap enters": self.where.channels,
+        }
+        return shown(headline(self.content), repr(self).splitlines(), tables)
+
+    @property
+    def _command(self) -> str:
+        """The command line that gives this answer; none where system or logs are no files."""
+        system, logs = self._sources.get("system"), self._sources.get("logs")
+        horizon, seed = self.content["gap"]["horizon"], self.content["seed"]
+        command = f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
+        return command if system and logs else ""

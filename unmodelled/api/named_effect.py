@@ -1,0 +1,85 @@
+"""Parts of an answer as a user meets them: a named effect, and the place of the gap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from unmodelled.base.notebook import shown
+from unmodelled.report.headline import effect_name
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """Effect that the model leaves out, as an answer names it.
+
+    Attributes:
+        family: kind of the effect, coulomb_friction for instance.
+        port: place of the effect: a port, actuator:<input>, sensor:<output> or parameter:<name>.
+        law: formula of the effect, in names of the augmented system.
+        parameters: numbers of the law by name, each with value, unit and interval (95 %), SI.
+        confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
+        shrink: share of the squared gap above the noise floor that the effect explains, 0 to 1.
+        indistinguishable: effects that these data cannot tell from this one, in words.
+    """
+
+    family: str
+    port: str
+    law: str
+    parameters: Mapping[str, Mapping[str, Any]]
+    confidence: float
+    shrink: float
+    indistinguishable: tuple[str, ...]
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> NamedEffect:
+        """Return the effect that an entry of diagnosis.json describes.
+
+        Args:
+            content: entry of the list `effects` in diagnosis.json.
+        """
+        names = ("family", "port", "law", "parameters", "confidence", "shrink")
+        alike = tuple(effect_name(other) for other in content["indistinguishable"])
+        return cls(**{name: content[name] for name in names}, indistinguishable=alike)
+
+
+@dataclass(frozen=True, eq=False)
+class GapLocation:
+    """Location of the gap, as tables with the largest shares first.
+
+    Attributes:
+        channels: port, share of the squared gap above the noise floor.
+        regions: signal, low, high (SI), share.
+        factors: factor and level of the operating point, share.
+        experiments: id, known, augmented: gap as given and with the effects found, standard deviations.
+    """
+
+    channels: pd.DataFrame
+    regions: pd.DataFrame
+    factors: pd.DataFrame
+    experiments: pd.DataFrame
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> GapLocation:
+        """Return the tables that the entry `where` of diagnosis.json describes.
+
+        Args:
+            content: entry `where` of diagnosis.json.
+        """
+        columns = {
+            "channels": ["port", "share"],
+            "regions": ["signal", "low", "high", "share"],
+            "factors": ["factor", "level", "share"],
+            "experiments": ["id", "known", "augmented"],
+        }
+        return cls(**{name: pd.DataFrame(content[name], columns=each) for name, each in columns.items()})
+
+    def __repr__(self) -> str:
+        filled = {name: table for name, table in vars(self).items() if len(table)}
+        return "\n\n".join(f"{name}\n{table.to_string(index=False)}" for name, table in filled.items())
+
+    def _repr_html_(self) -> str:
+        return shown("Where the gap lies", [], vars(self))
