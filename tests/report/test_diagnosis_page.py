@@ -17,7 +17,6 @@ from tests.report.case import Page
 from tests.report.test_site import check_addresses
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
-from unmodelled.base.wording import FILE_NUMBER
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.where.where import where
@@ -141,10 +140,6 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert ">More is missing: what remains is" in text
     assert "11\u202f% of the squared error; a network in every port predicts 7\u202f% of the whole." in text
     assert "The further effect that predicts best is at input torque." in text
-    wrong = [{"channel": "J", "problem": FILE_NUMBER, "sentence": "J looks 57.3 times too small."}]
-    assert headline(content | {"logs": wrong}) == "Check J of the system file first."
-    text = page_of(folder, tmp_path / "wrong", logs=wrong)
-    assert "<h1>Check J of the system file first.</h1>" in text and "J looks 57.3 times" in text
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
         "A gap that no known effect explains; 100\u202f% of it enters at joint"
     )

@@ -25,7 +25,7 @@ from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
 
 #: Families that no machine plants: any loss, and inputs that a file does not use.
-UNPLANTED = frozenset(("nonlinear_loss", "input_dependence", "parameter_change"))
+UNPLANTED = frozenset(("nonlinear_loss", "input_dependence", "parameter_change", "parameter_error"))
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

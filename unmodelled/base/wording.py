@@ -14,9 +14,6 @@ NAMES = ("Coulomb", "Stribeck", "Bouc-Wen", "Dahl", "LuGre")
 #: What kinds of channels are called.
 PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 
-#: Problem of a number of the system file that went through a wrong unit, beside faults of the logs.
-FILE_NUMBER = "number of the file"
-
 
 def law_name(family: str, variant: str = "") -> str:
     """Return family and variant of an effect in words; a variant may be a formula.

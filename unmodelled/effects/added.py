@@ -92,6 +92,12 @@ class Added:
         return self.family, self.place.channel
 
     @property
+    def is_other_value(self) -> bool:
+        """Whether it says no more than that a parameter has another value in all experiments."""
+        everywhere = self.place.kind == "parameter" and self.place.factor is None
+        return everywhere and self.regressors == (sp.S.One,) and not self.per_experiment
+
+    @property
     def reported(self) -> tuple[str, ...]:
         """Names of the fitted numbers in the law, without switches and without numbers that only smooth a
         corner.

@@ -29,6 +29,8 @@ class Effect(ABC):
             of its parameters, more for memory and for rare effects.
         beside: families of which one must have been added at the same place; empty (default) if none must.
         at_levels: whether it acts at levels of factors only; default False.
+        may_be_far: whether it may be larger than any linear step shows, so that it is always fitted alone;
+            default False.
     """
 
     family: str
@@ -36,6 +38,7 @@ class Effect(ABC):
     complexity: float
     beside: ClassVar[frozenset[str]] = frozenset()
     at_levels: ClassVar[bool] = False
+    may_be_far: ClassVar[bool] = False
 
     @abstractmethod
     def places(self, system: System) -> tuple[Place, ...]:

@@ -141,6 +141,7 @@ class Told:
             number is a value of.
         level: whether the number is a point on the scale of that signal, such as a temperature in degC,
             and no difference; default False.
+        shift: SI value that is said where the number is zero; default 0.
         whole: SI value of which the number is a part, such as the known mass; default None.
     """
 
@@ -149,6 +150,7 @@ class Told:
     factor: float = 1.0
     unit: str = ""
     level: bool = False
+    shift: float = 0.0
     whole: float | None = None
 
 

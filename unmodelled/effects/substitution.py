@@ -27,24 +27,54 @@ def substituted(system: System, name: str, signals: Signals) -> System:
     """
     old = symbol(name)
     *_, last = signals
-    new = {old: signals[last][0]}
+    before = {n: e for n, e in system.signals.items() if old not in e.free_symbols}
+    changed = _replaced(system, {old: signals[last][0]}, {name: last})
+    after = {n: e for n, e in changed.signals.items() if n not in before}
+    grown = replace(changed, signals={**before, **{n: e for n, (e, _) in signals.items()}, **after})
+    return replace(
+        grown, text={**grown.text, **{f"signals.{n}": written for n, (_, written) in signals.items()}}
+    )
+
+
+def with_right_number(system: System, name: str, error: str) -> System:
+    """Return the system in which a parameter has its right value instead of a signal, value plus error.
+
+    Args:
+        system: system with the signal <name> + <error> in place of the parameter.
+        name: name of the parameter.
+        error: name of the parameter that holds the error.
+    """
+    signal = next(n for n, e in system.signals.items() if e == symbol(name) + symbol(error))
+    values = dict(zip((p.name for p in system.parameters), system.values, strict=True))
+    found = _replaced(system, {symbol(error): sp.S.Zero}, {signal: name})
+    return replace(
+        found,
+        signals={n: e for n, e in found.signals.items() if n != signal},
+        parameters=tuple(
+            replace(p, value=values[name] + values[error]) if p.name == name else p
+            for p in found.parameters
+            if p.name != error
+        ),
+        text={place: written for place, written in found.text.items() if place != f"signals.{signal}"},
+    )
+
+
+def _replaced(system: System, new: Mapping[sp.Expr, sp.Expr], words: Mapping[str, str]) -> System:
+    """The system with other expressions for symbols, and other words in its texts."""
 
     def changed(expression: sp.Expr) -> sp.Expr:
         return expression.xreplace(new)
 
-    before = {n: e for n, e in system.signals.items() if old not in e.free_symbols}
-    after = {n: changed(e) for n, e in system.signals.items() if n not in before}
-    text = {place: renamed(written, {name: last}) for place, written in system.text.items()}
-    grown = replace(
+    return replace(
         system,
         states=tuple(replace(s, initial=changed(s.initial)) for s in system.states),
-        signals={**before, **{n: e for n, (e, _) in signals.items()}, **after},
+        signals={n: changed(e) for n, e in system.signals.items()},
         outputs=tuple(replace(o, expression=changed(o.expression)) for o in system.outputs),
         ports=tuple(p if p.law is None else replace(p, law=changed(p.law)) for p in system.ports),
         dynamics=tuple(changed(f) for f in system.dynamics),
         events=tuple(_event(e, changed) for e in system.events),
+        text={place: renamed(written, words) for place, written in system.text.items()},
     )
-    return replace(grown, text=text | {f"signals.{n}": written for n, (_, written) in signals.items()})
 
 
 def _event(event: Event, changed: Callable[[sp.Expr], sp.Expr]) -> Event:

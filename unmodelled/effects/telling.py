@@ -45,7 +45,7 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
         unit = LoggedUnit(told.unit, 1.0, 0.0)
     elif name in added.signals:
         unit = unit_of(added.system, added.signals[name], told.level) or unit
-    shown = tuple((told.factor * value - unit.offset) / unit.factor for value in values)
+    shown = tuple((told.factor * value + told.shift - unit.offset) / unit.factor for value in values)
     whole = None if told.whole is None else told.whole / unit.factor
     return Said(told.symbol.format(name), told.words, shown, unit.text, whole)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.base.wording import FILE_NUMBER, PLACES, law_name, level_name, place_name
+from unmodelled.base.wording import PLACES, law_name, level_name, place_name
 from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
@@ -18,8 +18,6 @@ def headline(content: Mapping[str, Any]) -> str:
     Args:
         content: content of diagnosis.json.
     """
-    if wrong := _wrong_number(content):
-        return f"Check {wrong} of the system file first."
     names = _each(content["effects"], effect_name)
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
@@ -43,7 +41,7 @@ def outcome(content: Mapping[str, Any]) -> str:
         content: content of diagnosis.json.
     """
     gap, shown = content["gap"], fallen(content)
-    if not content["effects"] or not shown or _wrong_number(content):
+    if not content["effects"] or not shown:
         return headline(content)
     *others, last = _each(content["effects"], _amount_of)
     together = f"{', '.join(others)} and {last}" if others else last
@@ -54,11 +52,6 @@ def outcome(content: Mapping[str, Any]) -> str:
         f"{together[:1].upper()}{together[1:]}: the error{of} after {late} falls from {before} to {after} "
         "on experiments that took no part in the fit."
     )
-
-
-def _wrong_number(content: Mapping[str, Any]) -> str:
-    """Return the name of a number of the system file that explains the gap alone, empty if there is none."""
-    return next((row["channel"] for row in content.get("logs", ()) if row["problem"] == FILE_NUMBER), "")
 
 
 def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
@@ -116,8 +109,10 @@ def _amount_of(effect: Mapping[str, Any]) -> str:
     """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
     name = effect_name(effect)
     if effect.get("text"):
+        if str(effect["text"]).startswith(f"{effect.get('parameter')} = "):
+            return str(effect["text"])
         between = ", at " if set(effect["text"]) & {",", ";"} else " at "
-        return str(effect["text"]) + between + name.partition(" at ")[2]
+        return str(effect["text"]) + (name.partition(" at ")[2] and between + name.partition(" at ")[2])
     for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
         name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
     entry = main_number(effect)
@@ -171,12 +166,15 @@ def effect_name(entry: Mapping[str, Any]) -> str:
         >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
         >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
         'dependence of G on fan'
+        >>> effect_name({"family": "parameter_error", "port": "bed", "parameter": "G"})
+        'parameter error of G'
     """
     if "signal" in entry:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
     law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
-    found = f"{law} at {place_name(str(entry['port']))}"
+    found = f"{law} of {entry['parameter']}" if "parameter" in entry else ""
+    found = found or f"{law} at {place_name(str(entry['port']))}"
     if entry.get("factor") is not None:
         found += f", where {level_name(entry['factor'], entry['level'])}"
     return found

@@ -32,11 +32,13 @@ _LARGEST = 100_000
 _KELVIN = units.parse_unit("K").dimension
 
 
-def read_system(path: Path | str) -> System:
+def read_system(path: Path | str, robot_numbers: Sequence[str] = ()) -> System:
     """Read a system file (system/1); nothing in the file is executed.
 
     Args:
         path: YAML file with states, inputs, outputs, parameters, ports and dynamics.
+        robot_numbers: patterns, such as "*.damping", of numbers of its robot file that are parameters
+            beside those that the file names, if they are not 0; default none.
 
     Returns:
         The system that the file describes.
@@ -59,7 +61,7 @@ def read_system(path: Path | str) -> System:
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
     faults = Faults()
-    sections, robot = _sections(root, faults)
+    sections, robot = _sections(root, faults, robot_numbers)
     name = ""
     with faults.collected():
         name = checked_name(sections["name"].text(), sections["name"]) if "name" in sections else ""
@@ -71,7 +73,9 @@ def read_system(path: Path | str) -> System:
     return replace(found, source=str(path))
 
 
-def _sections(root: Node, faults: Faults) -> tuple[dict[str, Node], RobotModel | None]:
+def _sections(
+    root: Node, faults: Faults, robot_numbers: Sequence[str]
+) -> tuple[dict[str, Node], RobotModel | None]:
     """Return the top-level entries, and the robot if the file names one, whose entries are among them."""
     entries = root.entries()
     if "model" not in entries:
@@ -83,7 +87,7 @@ def _sections(root: Node, faults: Faults) -> tuple[dict[str, Node], RobotModel |
         return {key: node for key, node in entries.items() if key in (*_REQUIRED, *_OPTIONAL)}, None
     if "events" in entries:
         raise entries["events"].wrong("a system with a robot has no events: remove them")
-    return with_robot(root.fields(_REQUIRED[:2], (*_REQUIRED[2:], *_OPTIONAL, *_OF_ROBOTS)))
+    return with_robot(root.fields(_REQUIRED[:2], (*_REQUIRED[2:], *_OPTIONAL, *_OF_ROBOTS)), robot_numbers)
 
 
 class _UsesFaulty(Exception):

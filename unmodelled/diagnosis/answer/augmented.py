@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.effects.columns import Member
+from unmodelled.effects.substitution import with_right_number
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Constant, Parameter, System
 from unmodelled.systems.writer import write_system
@@ -43,7 +44,20 @@ def augmented_system(diagnosis: Diagnosis) -> System:
         c if c.name in own else _given(c, model.logs, diagnosis.effects) for c in model.system.operating_point
     )
     parameters = tuple(_within_bounds(p) for p in model.system.parameters)
-    return replace(model.system, operating_point=constants, parameters=parameters)
+    grown = replace(model.system, operating_point=constants, parameters=parameters)
+    return with_right_numbers(grown, diagnosis.effects)
+
+
+def with_right_numbers(system: System, effects: Sequence[DiagnosedEffect]) -> System:
+    """Return an augmented system in which wrong numbers of the file have their right values, and no law.
+
+    Args:
+        system: augmented system.
+        effects: its effects.
+    """
+    for added in (found.added for found in effects if found.added.is_other_value):
+        system = with_right_number(system, added.place.name, *added.amplitudes)
+    return system
 
 
 def beyond_the_data(diagnosis: Diagnosis) -> Iterator[str]:

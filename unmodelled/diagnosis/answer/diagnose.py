@@ -22,10 +22,10 @@ from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
-from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
+from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.decision import decide
@@ -69,17 +69,18 @@ def findings(
     if not any(fault.decides for fault in faults):
         check_windows(system, logs, horizon)
 
-    # 3. to 6. What is missing, and how sure is that?
+    # 3. to 6. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
+    system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
     found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults))
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
-    #    without any law. Pushes from outside are told, and a slip in a number of the file.
+    #    without any law. Pushes from outside are told.
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
-    further = wrong_number(found), outside_forces(place.left)
-    found = replace(found, faults=(*found.faults, *(fault for fault in further if fault is not None)))
+    pushed = outside_forces(place.left)
+    found = found if pushed is None else replace(found, faults=(*found.faults, pushed))
 
     # 8. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
     #    runs worse than the file it came from.

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
+from unmodelled.diagnosis.answer.augmented import with_right_numbers
 from unmodelled.diagnosis.answer.replay import Replay, Replayed, replay
 from unmodelled.diagnosis.answer.take_home import TakeHome, take_home
 from unmodelled.diagnosis.data.result import Diagnosis
@@ -42,7 +43,10 @@ class RobotFile:
             BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
             ModuleNotFoundError: if MuJoCo is not installed.
         """
-        found = take_home(diagnosis.system, diagnosis.augmented.system, diagnosis.effects)
+        effects = diagnosis.effects
+        right = with_right_numbers(diagnosis.augmented.system, effects)
+        laws = tuple(found for found in effects if not found.added.is_other_value)
+        found = take_home(diagnosis.system, right, laws)
         return cls(found, replay(diagnosis, found))
 
     def reason_against(self, diagnosis: Diagnosis) -> str:

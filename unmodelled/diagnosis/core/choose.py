@@ -168,6 +168,14 @@ class Chooser:
         """Return every law alone, the best first."""
         return [self._scored(self._single, k) for k in range(len(self._single.units))]
 
+    def may_be_far(self, one: Scored) -> bool:
+        """Return whether laws may be larger than the linear system shows.
+
+        Args:
+            one: one of `singles`.
+        """
+        return any(self.equations.atoms[a].effect.may_be_far for a in one.atoms)
+
     def variants(self, one: Scored) -> list[Scored]:
         """Return all variants of a law at its place, the plainest first.
 

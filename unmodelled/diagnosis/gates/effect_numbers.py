@@ -10,7 +10,6 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.base.wording import FILE_NUMBER
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel
 from unmodelled.diagnosis.gates.robot_numbers import LEAST_GAIN
@@ -37,17 +36,12 @@ _PASSIVE = {
 def impossible_numbers(diagnosis: Diagnosis) -> str:
     """Return what is impossible about the numbers of an augmented model.
 
-    Effects that were fitted around a wrong number of the file are none of the machine.
-
     Args:
         diagnosis: diagnosis with an augmented model.
 
     Returns:
         The first impossible number as a clause; empty if all are possible.
     """
-    for fault in diagnosis.faults:
-        if fault.problem == FILE_NUMBER:
-            return f"its effects were fitted around {fault.channels[0]}, a wrong number of the given file"
     along = _Along(diagnosis.augmented)
     faults = (
         *(_beyond(p) for p in diagnosis.augmented.system.parameters),

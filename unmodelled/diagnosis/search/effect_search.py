@@ -181,7 +181,8 @@ class EffectSearch:
         best = chooser.singles[: SINGLES[first]]
         # variants differ by little in the linear system, and beside another effect the plainest may be enough
         few = [v for k, one in enumerate(best) for v in chooser.variants(one)[: None if k < VARIED else 1]]
-        sets = [*best, *few, *heads[: CLASSES[first]]]
+        far = [] if first else [one for one in chooser.singles if chooser.may_be_far(one)]
+        sets = [*best, *few, *far, *heads[: CLASSES[first]]]
         self._fit_best([Proposal.of(parent, chooser, one) for one in sets], BEST[first], ALONE[first])
 
     def _fit_twins(self) -> None:

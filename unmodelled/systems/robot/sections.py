@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -30,7 +30,9 @@ KEYS = ("model", "locked", "identify")
 Entries = Mapping[str, Mapping[str, str]] | Mapping[str, str]
 
 
-def with_robot(sections: Mapping[str, Node]) -> tuple[dict[str, Node], RobotModel]:
+def with_robot(
+    sections: Mapping[str, Node], numbers: Sequence[str] = ()
+) -> tuple[dict[str, Node], RobotModel]:
     """Return the sections of a system file with those of its robot, and the robot.
 
     The inputs and outputs of the system file are all that the system has; without them, those of the robot
@@ -39,6 +41,7 @@ def with_robot(sections: Mapping[str, Node]) -> tuple[dict[str, Node], RobotMode
 
     Args:
         sections: top-level entries of the system file by name; `model` names the robot file.
+        numbers: patterns of numbers that are parameters though no section names them, see `read_system`.
 
     Raises:
         BadInput: if the robot file is no MJCF or URDF file, or if equations cannot follow a part of it.
@@ -55,7 +58,7 @@ def with_robot(sections: Mapping[str, Node]) -> tuple[dict[str, Node], RobotMode
         )
         robot = replace(robot, notes=(*robot.notes, note))
     locked = robot.resting({**locked, **dict.fromkeys(apart, 0.0)})
-    return _Sections(dict(sections), robot, locked, text).read()
+    return _Sections(dict(sections), robot, locked, text, tuple(numbers)).read()
 
 
 def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
@@ -101,6 +104,7 @@ class _Sections:
     robot: Robot
     locked: dict[int, float]
     text: str
+    numbers: tuple[str, ...] = ()
     zeros: list[str] = field(default_factory=list)  # of the patterns: numbers without bounds around them
 
     def read(self) -> tuple[dict[str, Node], RobotModel]:
@@ -158,7 +162,11 @@ class _Sections:
     def parameters(self) -> list[Property]:
         """Numbers of the robot file that are parameters of the system."""
         given = self._given("parameters")
-        return [p for p in self.known if p.name in given or p.name in self.identified]
+        return [
+            p
+            for p in self.known
+            if p.name in given or p.name in self.identified or (p.value and any(map(p.matches, self.numbers)))
+        ]
 
     def _given(self, section: str) -> dict[str, Node]:
         """Entries of a section of the system file."""
