@@ -194,7 +194,7 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
     return {
         **effect,
         "name": effect_name(effect),
-        "equation": _equation(effect["law"], left.get(kind, name)),
+        "equation": _equation(effect["law"], str(effect.get("parameter") or left.get(kind, name))),
         "table": table,
         "alike": [effect_name(other) for other in effect["indistinguishable"]],
     }

@@ -28,7 +28,7 @@ def headline(content: Mapping[str, Any]) -> str:
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])
         more = "; more is missing" if content["verdict"] == "main_effect" else ""
-        return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure}){more}."
+        return f"{_capital(together)} {verb} {shrink} of the gap (confidence {sure}){more}."
     first = content["where"]["channels"][:1]
     found = [f"{percent(row['share'])} of it enters at {place_name(row['port'])}" for row in first]
     return "; ".join(["A gap that no known effect explains", *found]) + "."
@@ -49,9 +49,14 @@ def outcome(content: Mapping[str, Any]) -> str:
     before, after = amounts([entry["known"], entry["augmented"]], entry["unit"])
     of, (late,) = f" of {name}" if len(gap["units"]) > 1 else "", amounts([gap["horizon"]], "s")
     return (
-        f"{together[:1].upper()}{together[1:]}: the error{of} after {late} falls from {before} to {after} "
+        f"{_capital(together)}: the error{of} after {late} falls from {before} to {after} "
         "on experiments that took no part in the fit."
     )
+
+
+def _capital(text: str) -> str:
+    """Text at the beginning of a sentence; a name, as of a parameter that has another value, stays."""
+    return text if text.partition(" ")[2].startswith("=") else text[:1].upper() + text[1:]
 
 
 def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:

@@ -21,6 +21,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, confidence
 from unmodelled.diagnosis.decide.decision import Decision
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
+from unmodelled.diagnosis.decide.usual_mistakes import usual_mistake
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.judged_models import known_model, values_per_experiment
@@ -192,8 +193,11 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
         notes.append(
             f"{', '.join(chosen.fit.own)}: fitted per experiment, to the first half of held-out and new ones"
         )
+    known = {p.name: p for p in study.system.parameters}
+    for name, error in ((e.place.name, *e.amplitudes) for e in chosen.hypothesis.effects if e.is_other_value):
+        notes.append(usual_mistake(known[name], known[name].value + chosen.fit.values[error]))
     notes += [remark.sentence for remark in remarks(decision.prediction, decision.alike)]
-    return tuple(notes)
+    return tuple(filter(None, notes))
 
 
 def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:

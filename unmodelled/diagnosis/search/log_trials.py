@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
@@ -15,8 +14,8 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
+from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -24,8 +23,8 @@ Array = NDArray[np.float64]
 
 #: Simulated samples per question, about (a budget of time), and smallest number of windows per experiment.
 QUESTION_SAMPLES, FEWEST_WINDOWS = 6000, 4
-#: Largest number of evaluations of a quick re-identification, and its steps in plausible sizes.
-QUICK_EVALUATIONS, QUICK_STEP = 8, 1e-4
+#: Iterations of a quick re-identification.
+QUICK = 8
 #: Largest number of integration steps per sample.
 MOST_SUBSTEPS = 4
 
@@ -121,42 +120,9 @@ class Trials:
         """
         known = self._uncorrected if correction is self.none else {}
         if steps not in known:
-            known[steps] = self._fitted(correction, steps)
+            simulation = self._simulation(correction, steps)
+            known[steps] = fit_parameters(simulation, iterations=QUICK, substeps=self.substeps).numbers
         return self._error(self._simulation(correction, steps, every), correction, known[steps])
-
-    def _fitted(self, correction: Correction, steps: int) -> Array:
-        """Return numbers, shape (experiments, 1, numbers), with quickly fitted uncertain parameters."""
-        simulation = self._simulation(correction, steps)
-        unknowns = Unknowns(simulation, tuple(Unknown.of(p) for p in self.system.parameters if p.identify))
-        z = unknowns.vector({})
-        low, high = unknowns.bounds
-        free = low < high
-
-        def numbers(free_values: Array) -> Array:
-            """Return parameter sets, shape (experiments, sets, numbers), of free entries (sets, entries)."""
-            sets = np.tile(z, (len(free_values), 1))
-            sets[:, free] = free_values
-            return unknowns.numbers(sets)
-
-        def errors(free_values: Array) -> Array:
-            """Return errors, shape (windows * samples * outputs, sets)."""
-            found = self._off(simulation, correction, numbers(free_values))
-            found = found * simulation.recording.counted[:, None, :, None]
-            return np.asarray(found.swapaxes(0, 1).reshape(len(free_values), -1).T)
-
-        def slopes(values: Array) -> Array:
-            step = np.where(values + QUICK_STEP <= high[free], QUICK_STEP, -QUICK_STEP)
-            found = errors(np.concatenate([values[None], values + np.diag(step)]))
-            return np.asarray((found[:, 1:] - found[:, :1]) / step)
-
-        if free.any():
-            best = least_squares(
-                lambda values: errors(values[None])[:, 0],
-                *(z[free], slopes, (low[free], high[free])),
-                max_nfev=QUICK_EVALUATIONS,
-            )
-            z[free] = best.x
-        return unknowns.numbers(z[None])
 
     def _error(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
         """Return mean square errors of one parameter set, shape (experiments,)."""
