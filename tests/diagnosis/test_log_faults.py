@@ -174,7 +174,7 @@ dynamics: {q: w, w: (T - d*w - M*sin(q) - T_h)/J}
 
 
 @pytest.mark.parametrize(("inertia", "dry", "clock"), [(0.19, 3.0, 1.0), (0.1, 0.0, 1.4)])
-def test_a_clock_that_may_be_inertia_and_friction_says_so(
+def test_inertia_and_friction_are_no_wrong_clock(
     inertia: float, dry: float, clock: float, tmp_path: Path
 ) -> None:
     """A wheel with an eccentric mass, whose file lacks inertia and dry friction, swings slower."""
@@ -195,9 +195,8 @@ def test_a_clock_that_may_be_inertia_and_friction_says_so(
     (tmp_path / "system.yaml").write_text(WHEEL)
     system = read_system(tmp_path / "system.yaml")
     logs = read_logs(write_runs(tmp_path / "logs", tables), system)
-    fault = only(log_faults(system, logs, default_horizon(logs)))
-    assert (fault.problem, fault.rivals) == ("clock", int(dry > 0.0))
-    assert ("with dry friction at hub explains as much" in fault.sentence) is (dry > 0.0)
+    found = log_faults(system, logs, default_horizon(logs))
+    assert [fault.problem for fault in found] == ["clock"] * (dry == 0.0)
 
 
 def spiked(seed: int) -> Spoil:

@@ -203,8 +203,7 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
 def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
     """Return the answer with the faults of the logs; nothing is searched and nothing fitted.
 
-    The confidence is the share of the gap that the fault explains, divided among it and the laws that explain
-    as much, and full where logs are identical.
+    The confidence is the share of the gap that the fault explains, and full where logs are identical.
 
     Args:
         study: the known physics and the logs as read.
@@ -212,8 +211,7 @@ def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
         faults: faults of the logs, of which at least one decides.
     """
     known = known_model(study)
-    deciding = [fault for fault in faults if fault.decides and fault.explains is not None]
-    shares = [(fault.explains or 0.0) / (1 + fault.rivals) for fault in deciding]
+    shares = [f.explains for f in faults if f.decides and f.explains is not None]
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, "check_logs"),
         confidence=min([HIGHEST_CONFIDENCE, *shares]),

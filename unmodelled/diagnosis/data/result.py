@@ -184,7 +184,6 @@ class LogFault:
         sentence: observation and what to do about it.
         decides: whether the fault decides the diagnosis.
         indistinguishable: channels and problem of other faults that explain as much.
-        rivals: number of laws that the machine may lack instead, because they explain as much.
     """
 
     channels: tuple[str, ...]
@@ -194,4 +193,3 @@ class LogFault:
     sentence: str
     decides: bool
     indistinguishable: tuple[tuple[tuple[str, ...], str], ...] = ()
-    rivals: int = 0

@@ -282,44 +282,33 @@ def _good(trials: Trials, suspect: _Suspect) -> bool:
 def _law(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether a law explains as much as a wrong clock.
 
-    It is another inertia if the clock of all experiments is wrong, and stiffening springs if that of some is.
+    It is another inertia, such as that of a rotor, with dry friction if the clock of all experiments is wrong,
+    and stiffening springs if that of some is.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
         return False
     system, logs = trials.system, trials.logs
-    other = with_inertia(system) if suspect.everywhere else with_springs(system, logs)
+    friction = with_friction(with_inertia(system), logs)
+    other = friction if suspect.everywhere else with_springs(system, logs)
     found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
     left = found.identified(found.none, suspect.steps, not suspect.everywhere)
     return float(left.sum()) < trials.thresholds.clock_error_ratio * float(suspect.after.sum())
 
 
-def _friction(trials: Trials, best: _Suspect) -> tuple[str, ...]:
-    """Ports where dry friction, with another inertia, explains no less than a wrong clock; or none."""
-    if best.question.problem.name != CLOCK_PROBLEM or not best.everywhere:
-        return ()
-    logs = trials.logs
-    other = with_friction(with_inertia(trials.system), logs)
-    found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
-    left = found.identified(found.none, best.steps)
-    ports = tuple(port.name for port in trials.system.ports if port.velocity is not None)
-    return ports if float(left.sum()) <= float(best.after.sum()) else ()
-
-
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
-    ids, ports = trials.logs.ids, _friction(trials, best)
+    ids = trials.logs.ids
     return LogFault(
         channels=best.question.channels,
         problem=best.question.problem.name,
         explains=best.explains,
         experiments=() if best.everywhere else tuple(ids[i] for i in np.flatnonzero(best.runs)),
-        sentence=_sentence(trials, best, alike, ports),
+        sentence=_sentence(trials, best, alike),
         decides=True,
         indistinguishable=tuple((s.question.channels, s.question.problem.name) for s in alike),
-        rivals=int(bool(ports)),
     )
 
 
-def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect], ports: Sequence[str]) -> str:
+def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
     """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
@@ -331,11 +320,6 @@ def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect], ports: 
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
-    if ports:
-        said += (
-            f" Another inertia, such as that of a rotor behind a gear, with dry friction at {_listed(ports)} "
-            "explains as much: if the sampling rate is right, add both to the system file, identify: true."
-        )
     return f"{said} {problem.cure}, then diagnose again."
 
 
