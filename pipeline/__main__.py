@@ -47,14 +47,7 @@ def note(command: str, configuration: str, seed: int | None, seconds: float) -> 
     The file is renamed into place after the stage has written its outputs, so that a killed stage leaves the
     note of its last complete execution.
 
-    Args:
-        command: command as a user would type it.
-        configuration: resolved configuration, as YAML.
-        seed: seed of the random generators, if there is one.
-        seconds: wall time, s.
-
-    Raises:
-        BadInput: when the file cannot be written.
+    Takes seconds in s.
     """
     # the name of a stage is unique in the whole graph, in whichever file it is defined
     stage = os.environ.get("DVC_STAGE", "").rpartition(":")[2]
@@ -85,14 +78,7 @@ PROGRAM = Program("python -m pipeline", (DISSERTATION, LIBRARY), _version, note)
 
 
 def main(arguments: list[str]) -> int:
-    """Run one verb.
-
-    Args:
-        arguments: words of the command line after the name of the program.
-
-    Returns:
-        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted, 143 ended by SIGTERM.
-    """
+    """Run one verb."""
     return command_line.main(PROGRAM, arguments)
 
 

@@ -30,16 +30,7 @@ class Failed(Exception):
 
 
 def cells(arguments: Sequence[str], params: Mapping[str, Any]) -> dict[str, Words]:
-    """Return the commands of all cells by their names, which are unique.
-
-    Args:
-        arguments: words of the commands, with `+` between two of them.
-        params: content of params.yaml.
-
-    Raises:
-        KeyError: when a list is not in `params`.
-        ValueError: when two cells have the same name.
-    """
+    """Return the commands of all cells by their names, which are unique."""
     found: dict[str, Words] = {}
     for command in _commands(arguments):
         lists = {
@@ -90,14 +81,7 @@ def _run(stage: str, name: str, words: Words) -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run all cells of a command line.
-
-    Args:
-        arguments: words of the commands, with `+` between two of them.
-
-    Returns:
-        Exit code; the code of a failed cell if there is one.
-    """
+    """Run all cells of a command line."""
     params = yaml.safe_load(Path("params.yaml").read_text())
     found = cells(arguments, params)
     if not found:

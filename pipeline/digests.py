@@ -36,14 +36,7 @@ Digests = dict[str, str]
 
 @cache
 def source(module: str) -> Path | None:
-    """Return the file of a module or package of `PACKAGES`.
-
-    Args:
-        module: dotted name of the module.
-
-    Returns:
-        Path of the file; None if there is no such module.
-    """
+    """Return the file of a module or package of `PACKAGES`."""
     if module.partition(".")[0] not in PACKAGES:
         return None
     path = Path(*module.split("."))
@@ -53,11 +46,7 @@ def source(module: str) -> Path | None:
 
 @cache
 def tree(module: str) -> ast.Module:
-    """Parse a module.
-
-    Args:
-        module: dotted name of the module.
-    """
+    """Parse a module."""
     file = source(module)
     assert file is not None, module
     return _parsed(file.read_bytes(), str(file))
@@ -92,9 +81,6 @@ def imported(module: str) -> frozenset[str]:
     Imports within functions of a package's `__init__` are not followed: these functions serve users of the
     package, and modules of this program import from modules. A module that uses pkgutil imports all other
     modules of its package.
-
-    Args:
-        module: dotted name of the module.
     """
     file = source(module)
     assert file is not None, module
@@ -113,11 +99,7 @@ def imported(module: str) -> frozenset[str]:
 
 
 def closure(modules: Iterable[str]) -> list[str]:
-    """Return modules with all their direct and indirect imports and the packages around them, sorted.
-
-    Args:
-        modules: dotted names of the modules.
-    """
+    """Return modules with all their direct and indirect imports and the packages around them, sorted."""
     found, left = set[str](), {module for module in modules if source(module)}
     while left:
         module = left.pop()
@@ -129,11 +111,7 @@ def closure(modules: Iterable[str]) -> list[str]:
 
 @cache
 def code_digest(module: str) -> str:
-    """Digest the syntax tree of a module without its docstrings.
-
-    Args:
-        module: dotted name of the module.
-    """
+    """Digest the syntax tree of a module without its docstrings."""
     return _tree_digest(tree(module), CAPTIONED in module.split("."))
 
 
@@ -163,9 +141,6 @@ def _digest(content: bytes) -> str:
 def data_files(module: str) -> tuple[Path, ...]:
     """Return the data files that a module may read: if it names `__file__`, all files beside it except Python
     files.
-
-    Args:
-        module: dotted name of the module.
     """
     file = source(module)
     assert file is not None, module
@@ -177,14 +152,7 @@ def data_files(module: str) -> tuple[Path, ...]:
 
 
 def of_code(modules: Iterable[str]) -> Digests:
-    """Digest all code and data that some modules use.
-
-    Args:
-        modules: dotted names of the modules.
-
-    Returns:
-        Digest by module or data file.
-    """
+    """Digest all code and data that some modules use."""
     found = closure(modules)
     data = {str(path): _digest(path.read_bytes()) for module in found for path in data_files(module)}
     return {**{module: code_digest(module) for module in found}, **data}
@@ -192,31 +160,18 @@ def of_code(modules: Iterable[str]) -> Digests:
 
 @cache
 def configuration(file: Path) -> Any:
-    """Read a configuration file.
-
-    Args:
-        file: path of the file.
-    """
+    """Read a configuration file."""
     return yaml.safe_load(file.read_bytes()) or {}
 
 
 def config_files(pattern: str) -> Iterator[Path]:
-    """Yield the configuration files that match a pattern.
-
-    Args:
-        pattern: path with wildcards, relative to the folders `CONF`.
-    """
+    """Yield the configuration files that match a pattern."""
     for folder in CONF:
         yield from folder.glob(pattern)
 
 
 def built_on(group: str, name: str) -> Iterator[Path]:
-    """Yield the configuration files of a choice, and those of its `defaults`.
-
-    Args:
-        group: group of the choice.
-        name: name of the choice.
-    """
+    """Yield the configuration files of a choice, and those of its `defaults`."""
     for file in config_files(f"{group}/{name}.yaml"):
         yield file
         for entry in configuration(file).get("defaults", []):
@@ -228,11 +183,7 @@ def built_on(group: str, name: str) -> Iterator[Path]:
 
 
 def targets(node: Any) -> Iterator[str]:
-    """Yield the modules of the functions and classes that a configuration names.
-
-    Args:
-        node: configuration, or a part of it.
-    """
+    """Yield the modules of the functions and classes that a configuration names."""
     if isinstance(node, dict):
         if isinstance(target := node.get("_target_"), str):
             parts = target.split(".")
@@ -246,11 +197,7 @@ def targets(node: Any) -> Iterator[str]:
 
 
 def of_files(files: Iterable[Path]) -> dict[str, Digests]:
-    """Digest configuration files and the code that they name.
-
-    Args:
-        files: paths of the files.
-    """
+    """Digest configuration files and the code that they name."""
     chosen = sorted(set(files))
     content = {
         str(file): _digest(json.dumps(configuration(file), sort_keys=True).encode()) for file in chosen
@@ -260,11 +207,7 @@ def of_files(files: Iterable[Path]) -> dict[str, Digests]:
 
 
 def of_list(values: Any) -> dict[str, Any]:
-    """Digest a list of params.yaml with the configuration files that it names, such as models or splits.
-
-    Args:
-        values: entries of the list, or a mapping of entries.
-    """
+    """Digest a list of params.yaml with the configuration files that it names, such as models or splits."""
     names = [*values, *values.values()] if isinstance(values, dict) else values
     chosen = [(file.parent.name, file.stem) for name in names for file in config_files(f"*/{name}.yaml")]
     return {"list": values, **of_files(file for choice in chosen for file in built_on(*choice))}

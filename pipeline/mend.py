@@ -45,12 +45,6 @@ def mend(root: Path) -> list[str]:
     - An unfinished result of a process that is gone is removed, unless its stage goes on from there.
 
     Another run may mend the same checkout, and DVC may write it: only what was judged is removed.
-
-    Args:
-        root: folder of the checkout.
-
-    Raises:
-        OSError: when a file cannot be read or removed.
     """
     if not (root / ".dvc" / "tmp").is_dir():
         return []

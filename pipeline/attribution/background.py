@@ -15,15 +15,7 @@ def shares_of_references(background: Sequences, steps: int) -> Tensor:
     The background B_k contains all references with at least k steps, with equal shares. References are
     neither stretched nor padded, so that Phi may have a small jump where a reference ends.
 
-    Args:
-        background: reference runs.
-        steps: number of steps of the longest explained run.
-
-    Returns:
-        Shares, shape (steps, references).
-
-    Raises:
-        BadInput: when the background is empty, or no reference has `steps` steps.
+    Gives (steps, references).
     """
     if not len(background):
         raise BadInput("background: it holds no run")
@@ -35,16 +27,7 @@ def shares_of_references(background: Sequences, steps: int) -> Tensor:
 
 
 def check_inputs(expected: SequenceInputs, runs: Sequences, background: Sequences) -> None:
-    """Refuse an empty set of runs, and runs or a background with other inputs than those of the network.
-
-    Args:
-        expected: inputs of the network.
-        runs: runs to explain.
-        background: reference runs.
-
-    Raises:
-        BadInput: when the inputs differ; the message names the expected and the given inputs.
-    """
+    """Refuse an empty set of runs, and runs or a background with other inputs than those of the network."""
     if not len(runs):
         raise BadInput("runs: there is none to explain")
     for name, sequences in (("runs", runs), ("background", background)):

@@ -38,16 +38,7 @@ class Choice:
     ) -> Choice:
         """Draw runs and references.
 
-        Args:
-            experiments: table of the experiments, with columns `label` and `samples`.
-            train: rows of the training experiments of a fold, shape (training experiments,).
-            test: rows of the test experiments of the fold, shape (test experiments,).
-            sizes: largest numbers `explained_runs`, `references`, `exact_runs` and `exact_references`.
-            seed: seed of the random generator.
-
-        Raises:
-            BadInput: when there is no jump run among the test runs, or no contact run among the training
-                runs.
+        Takes train (training experiments,), test (test experiments,).
         """
         label = experiments["label"].to_numpy()
         jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]

@@ -32,15 +32,6 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
     At step k the background is B_k of `shares_of_references`. The computing time grows with runs x steps x
     references x features.
-
-    Args:
-        network: network to explain, without dropout.
-        runs: runs to explain.
-        background: reference runs in contact (section 5.5.1).
-
-    Raises:
-        BadInput: when the background is empty or shorter than a run, runs or background have other inputs
-            than the network, or the output of the network is not finite.
     """
     recurrent = Recurrent.of(network)
     check_inputs(recurrent.inputs, runs, background)
@@ -65,13 +56,7 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
     """Return the contributions Phi_{i,k} relative to each reference.
 
-    Args:
-        network: matrices of the network.
-        x: trace of the run.
-        r: trace of the references, with the same number of steps.
-
-    Returns:
-        Contributions, m, shape (steps, references, n_tau + n_q).
+    Gives (steps, references, n_tau + n_q) in m.
     """
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
@@ -124,13 +109,7 @@ class Multipliers:
 
 
 def multipliers(network: Recurrent, x: Trace, r: Trace) -> Multipliers:
-    """Linearise the network between a run and references.
-
-    Args:
-        network: matrices of the network.
-        x: trace of one run.
-        r: trace of the references, with the same number of steps.
-    """
+    """Linearise the network between a run and references."""
     n = network.size
     i, f, o, g = torch.split(0.5 * (x.a + r.a), n, -1)
     c = 0.5 * (x.c + r.c)[:-1]

@@ -41,18 +41,6 @@ def exact_shapley(
 
     Settings enter after the LSTM, so that the LSTM is evaluated once per coalition of signals. The computing
     time grows with runs x steps x references x coalitions.
-
-    Args:
-        network: network to explain, without dropout.
-        runs: runs to explain.
-        background: reference runs in contact (section 5.5.1).
-        groups: names of the features or settings (not both) of every player; default: every feature and every
-            setting is a player.
-
-    Raises:
-        BadInput: when there are more than 13 players, a group contains an unknown name, a name is in no group
-            or in two, there are no runs, the background is empty or shorter than a run, runs or background
-            have other inputs than the network, or the output of the network is not finite.
     """
     recurrent = Recurrent.of(network)
     check_inputs(recurrent.inputs, runs, background)
@@ -76,11 +64,7 @@ def shapley_weights(players: int) -> Tensor:
 
     Player i is in coalition S if bit i of S is set.
 
-    Args:
-        players: number of players.
-
-    Returns:
-        Weights, shape (players, 2^players).
+    Gives (players, 2^players).
     """
     member = _coalitions(players)
     size = member.sum(1)

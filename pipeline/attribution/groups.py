@@ -8,15 +8,7 @@ from unmodelled.base.errors import BadInput
 
 
 def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[int]]:
-    """Return the positions of the members of every group.
-
-    Args:
-        names: names of all inputs.
-        groups: names of the members of every group.
-
-    Raises:
-        BadInput: when a group is empty or contains an unknown name, or a name is in no group or in two.
-    """
+    """Return the positions of the members of every group."""
     found: dict[str, list[int]] = {}
     owner: dict[str, str] = {}
     for group, members in groups.items():
@@ -36,12 +28,7 @@ def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict
 
 
 def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Return the groups that are complete, and every other name as a group of its own.
-
-    Args:
-        names: names of all inputs.
-        groups: names of the members of every group.
-    """
+    """Return the groups that are complete, and every other name as a group of its own."""
     whole = {group: list(members) for group, members in groups.items() if set(members) <= set(names)}
     grouped = {member for members in whole.values() for member in members}
     return whole | {name: [name] for name in names if name not in grouped}

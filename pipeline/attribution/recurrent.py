@@ -38,11 +38,7 @@ class Trace:
     output: Tensor
 
     def until(self, steps: int) -> Trace:
-        """Return the first steps.
-
-        Args:
-            steps: number of steps.
-        """
+        """Return the first steps."""
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
 
@@ -80,11 +76,7 @@ class Recurrent:
 
     @classmethod
     def of(cls, network: DetachmentNetwork) -> Recurrent:
-        """Convert a network, on the CPU.
-
-        Args:
-            network: network to convert.
-        """
+        """Convert a network, on the CPU."""
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]
         # torch keeps the candidate before the output gate
@@ -113,14 +105,7 @@ class Recurrent:
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """Advance the network by one step.
 
-        Args:
-            tau: features in SI units, shape (runs, n_tau).
-            s: hidden states before the step, shape (runs, n_s).
-            c: cell states before the step, shape (runs, n_s).
-
-        Returns:
-            Inputs z and outputs a of the gates, each of shape (runs, 4 n_s), and the new c and s, each of
-            shape (runs, n_s).
+        Takes tau (runs, n_tau), s (runs, n_s), c (runs, n_s); gives (runs, 4 n_s) and (runs, n_s).
         """
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
@@ -130,15 +115,7 @@ class Recurrent:
         return z, a, c, o * c.tanh()
 
     def trace(self, runs: Sequences, steps: int) -> Trace:
-        """Evaluate the network along the first steps of all runs, also beyond the end of shorter runs.
-
-        Args:
-            runs: runs in SI units.
-            steps: number of steps.
-
-        Raises:
-            BadInput: when the output is not finite before the end of a run.
-        """
+        """Evaluate the network along the first steps of all runs, also beyond the end of shorter runs."""
         tau = torch.zeros((steps, len(runs), len(self.inputs.features)), dtype=torch.float64)
         known = torch.from_numpy(runs.features[:, :steps])
         tau[: known.shape[1]] = known.transpose(0, 1)
@@ -157,22 +134,14 @@ class Recurrent:
     def settings(self, q: Tensor) -> Tensor:
         """Return the contribution of the settings to the inputs of the ReLU units, including the bias.
 
-        Args:
-            q: settings in SI units, shape (..., n_q).
-
-        Returns:
-            Contribution, shape (..., n_eta).
+        Takes q (..., n_q); gives (..., n_eta).
         """
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
         """Return the detachment eps for given inputs of the ReLU units.
 
-        Args:
-            hidden: inputs of the ReLU units, shape (..., n_eta).
-
-        Returns:
-            Detachment, m, shape (...,).
+        Takes hidden (..., n_eta); gives (...,) in m.
         """
         return hidden.relu() @ self.W6 + self.b6
 
@@ -180,12 +149,7 @@ class Recurrent:
 def check_output(output: Tensor, runs: Sequences) -> None:
     """Refuse an output that is not finite before the end of a run.
 
-    Args:
-        output: output of the network, shape (steps, runs).
-        runs: runs with their numbers of samples.
-
-    Raises:
-        BadInput: when the output is not finite; the message names the first such run and step.
+    Takes output (steps, runs).
     """
     ended = np.arange(1, len(output) + 1)[:, None] > runs.lengths
     wrong = np.argwhere(~(output.isfinite().numpy() | ended).T)

@@ -53,31 +53,14 @@ class Attribution:
         return np.asarray(np.abs(self.phi).sum(1))
 
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
-        """Add up the attributions of every group.
-
-        Args:
-            groups: names of the members of every group; every name must be in exactly one group.
-
-        Raises:
-            BadInput: when a name is in no group or in two, or a group is empty or contains an unknown name.
-        """
+        """Add up the attributions of every group."""
         members = positions(self.names, groups)
         phi = np.stack([self.phi[rows].sum(0) for rows in members.values()])
         return replace(self, names=tuple(members), phi=phi)
 
 
 def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
-    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23).
-
-    Args:
-        attributions: attributions of the same inputs in several runs.
-
-    Returns:
-        Shares by input; all are zero if all attributions are zero.
-
-    Raises:
-        ValueError: when there is no attribution, or attributions have different inputs.
-    """
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23)."""
     _check_names(attributions)
     total = np.sum([a.magnitudes for a in attributions], axis=0)
     shares = total / total.sum() if total.any() else total
@@ -102,15 +85,7 @@ class Agreement:
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
-    """Return the rank correlations of two methods on the same runs.
-
-    Args:
-        found: attributions by one method.
-        reference: attributions by the other method, of the same runs in the same order.
-
-    Raises:
-        ValueError: when there is no attribution, or runs, inputs or lengths differ.
-    """
+    """Return the rank correlations of two methods on the same runs."""
     _check_names([*found, *reference])
     if [(a.run, a.phi.shape) for a in found] != [(b.run, b.phi.shape) for b in reference]:
         raise ValueError("attributions to compare must be of the same runs, in the same order")

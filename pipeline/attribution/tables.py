@@ -16,15 +16,7 @@ from pipeline.cam_follower.sequences import Sequences
 
 
 def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return the contribution of every input per run.
-
-    Args:
-        found: attributions of the runs.
-
-    Returns:
-        Columns exp, feature, magnitude (sum of |Phi| over the steps, m) and share (of the sum over all inputs
-        of the run).
-    """
+    """Return the contribution of every input per run."""
     sizes = np.concatenate([a.magnitudes for a in found])
     totals = np.repeat([a.magnitudes.sum() for a in found], len(found[0].names))
     shares = np.divide(sizes, totals, out=np.zeros_like(sizes), where=totals > 0)
@@ -34,42 +26,19 @@ def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
 
 
 def overall_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23).
-
-    Args:
-        found: attributions of the runs.
-
-    Returns:
-        Columns feature and share.
-    """
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23)."""
     shares = relative_shares(found)
     return pd.DataFrame({"feature": [*shares], "share": [*shares.values()]})
 
 
 def accuracies(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return the local accuracy of every run, eq. 5.17.
-
-    Args:
-        found: attributions of the runs.
-
-    Returns:
-        Columns exp, steps, error (the largest one, m) and relative (to the largest difference between output
-        and base).
-    """
+    """Return the local accuracy of every run, eq. 5.17."""
     rows = [(a.run, len(a.error), a.error.max(), a.relative_error) for a in found]
     return pd.DataFrame(rows, columns=["exp", "steps", "error", "relative"])
 
 
 def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the attributions over time (Fig. 5.22).
-
-    Args:
-        found: attributions of the runs.
-
-    Returns:
-        Table with the columns exp, step, feature and phi (m), and table with the columns exp, step, base and
-        output (m).
-    """
+    """Return the attributions over time (Fig. 5.22)."""
     phi, explained = [], []
     for a in found:
         step = np.arange(len(a.output))
@@ -82,17 +51,7 @@ def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFra
 
 
 def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.DataFrame:
-    """Return contributions with the values of the inputs, for `explanation`.
-
-    Args:
-        found: attributions of the runs.
-        runs: the same runs, with the values of their inputs.
-        every: distance between the kept steps.
-
-    Returns:
-        Columns exp, step, feature, phi (m), value (in SI units; constant over the steps for a setting) and
-        base (m).
-    """
+    """Return contributions with the values of the inputs, for `explanation`."""
     parts = []
     for row, a in enumerate(found):
         steps = np.arange(0, len(a.output), every)
@@ -113,18 +72,7 @@ def against_exact(
     background: Sequences,
     groups: Mapping[str, Sequence[str]],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Compare DeepSHAP with exact Shapley values.
-
-    Args:
-        network: network to explain.
-        runs: runs to explain.
-        background: reference runs.
-        groups: names of the members of every group of inputs.
-
-    Returns:
-        Table with the columns exp, feature, magnitude, share and method (deep_shap or exact), and table with
-        the columns exp, shares and trajectories (Spearman's rank correlations).
-    """
+    """Compare DeepSHAP with exact Shapley values."""
     names = (*network.inputs.features, *network.inputs.settings)
     groups = players(names, groups)
     exact = exact_shapley(network, runs, background, groups)

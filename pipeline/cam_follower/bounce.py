@@ -57,23 +57,12 @@ class BounceParameters:
             raise BadInput(f"bounce parameters: restitution must be at most 1, got {self.restitution}")
 
     def write(self, path: Path) -> None:
-        """Write the parameters to a JSON file.
-
-        Args:
-            path: path of the file.
-        """
+        """Write the parameters to a JSON file."""
         write_json(path, asdict(self))
 
     @classmethod
     def read(cls, path: Path) -> BounceParameters:
-        """Read parameters that `write` wrote.
-
-        Args:
-            path: path of the file.
-
-        Raises:
-            BadInput: when the file is missing, damaged, or a parameter is missing or not positive.
-        """
+        """Read parameters that `write` wrote."""
         content, names = read_json(path), [f.name for f in fields(cls)]
         if not isinstance(content, dict) or set(content) != set(names):
             raise BadInput(f"{path}: must hold {', '.join(names)}")
@@ -119,14 +108,7 @@ class CamMotion:
         Only the given runs are read. With 100 Hz sampling, this predicts the detachment as well as with the
         measured 2 kHz.
 
-        Args:
-            campaign: resampled runs with the signals t (s) and theta (rad, unwrapped) and the columns H (m),
-                beta (rad) and m (kg).
-            mechanism: constants of the bench.
-            rows: numbers of the runs, shape (runs,); default: all runs.
-
-        Raises:
-            BadInput: when an angle or a setting is not a number, a clock not uniform, or a run too short.
+        Takes rows (runs,).
         """
         rows = np.arange(len(campaign)) if rows is None else rows
         table = campaign.experiments.iloc[rows]
@@ -156,12 +138,7 @@ class CamMotion:
     def cam_at(self, run: Indices, piece: Indices) -> tuple[Array, Array]:
         """Return height and speed of the cam at the start of intervals.
 
-        Args:
-            run: number of the run of every interval, shape (n,).
-            piece: number of the polynomial of every interval, shape (n,).
-
-        Returns:
-            Height, m, and speed, m/s, of the cam surface, each of shape (n,).
+        Takes run (n,), piece (n,); gives (n,).
         """
         *_, omega, theta = self.motion.pieces[piece].T
         h, dh = on_cams(self.motion.curves, self.motion.cam[run], theta).T
@@ -213,13 +190,7 @@ def _period(runs: list[int], clocks: list[Array]) -> float:
 def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
     """Refuse a signal with samples that are not finite numbers.
 
-    Args:
-        run: id of the experiment.
-        name: name of the signal.
-        values: samples of the signal, shape (samples,).
-
-    Raises:
-        BadInput: when a sample is not finite; the message names experiment, signal and sample.
+    Takes values (samples,).
     """
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):

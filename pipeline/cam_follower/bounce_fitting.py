@@ -36,13 +36,7 @@ def fit_bounce(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> Bou
     The runs are cut into short stretches that start from the measured height and speed of the follower
     (multiple shooting). SciPy's trust-region method minimises the errors of all stretches together.
 
-    Args:
-        campaign: resampled runs with the signals t, theta and eps.
-        rows: numbers of the training runs, shape (runs,); no other run is read.
-        mechanism: constants of the bench.
-
-    Raises:
-        BadInput: when a signal is not a number, or the follower never leaves the cam in the training runs.
+    Takes rows (runs,).
     """
     cams = CamMotion.of(campaign, mechanism, rows)
     eps = [np.asarray(campaign.signals["eps"][campaign.offsets[i] : campaign.offsets[i + 1]]) for i in rows]

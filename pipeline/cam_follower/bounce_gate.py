@@ -23,14 +23,7 @@ Signal = TypeVar("Signal", Array, Tensor)
 def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
     """Return the factor, 0 to 1, that sets the prediction to zero in simulated contact.
 
-    Args:
-        contact: simulated contact, 0 to 1, shape (samples,).
-        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
-        reach: number of samples before and after a simulated flight that still count as flight, because the
-            flight may come too early or too late; default 2.
-
-    Returns:
-        Factor, shape (samples,).
+    Takes contact (samples,), offsets (runs + 1,); gives (samples,).
     """
     flight = 1.0 - contact
     runs = [maximum_filter1d(flight[a:b], 2 * reach + 1) for a, b in pairwise(offsets)]
@@ -40,13 +33,7 @@ def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
 def gated(opening: Signal, eps_bounce: Signal, network: Signal) -> Signal:
     """Return the detachment of the hybrid model, m: zero in contact, simulation plus network in flight.
 
-    Args:
-        opening: factor of `gate`.
-        eps_bounce: simulated detachment, m.
-        network: output of the network, m.
-
-    Returns:
-        Detachment in m, of the same shape as the arguments.
+    Takes eps_bounce in m, network in m; gives (same shape).
     """
     return opening * (eps_bounce + network)
 
@@ -59,19 +46,7 @@ def with_bounce(
     spread: float = 0.1,
     reach: int = 2,
 ) -> Campaign:
-    """Add the signals eps_bounce (m), contact and gate (both 0 to 1) to a campaign.
-
-    Args:
-        campaign: resampled runs.
-        mechanism: constants of the bench.
-        parameters: parameters identified on training runs.
-        members: number of simulations to average; default 1.
-        spread: standard deviation of the logarithms of the members' parameters; default 0.1.
-        reach: number of samples before and after a simulated flight that still count as flight; default 2.
-
-    Raises:
-        BadInput: when an angle or a setting is not a number, a clock not uniform, or a run too short.
-    """
+    """Add the signals eps_bounce (m), contact and gate (both 0 to 1) to a campaign."""
     bounce = simulate(CamMotion.of(campaign, mechanism), parameters, members, spread)
     opening = gate(bounce.contact, campaign.offsets, reach)
     extra = {"eps_bounce": bounce.eps, "contact": bounce.contact, "gate": opening}
@@ -79,11 +54,7 @@ def with_bounce(
 
 
 def residual(campaign: Campaign) -> Campaign:
-    """Replace the signal eps by the training target of the hybrid's network: gate * (eps - eps_bounce).
-
-    Args:
-        campaign: campaign from `with_bounce`.
-    """
+    """Replace the signal eps by the training target of the hybrid's network: gate * (eps - eps_bounce)."""
     eps, simulated, opening = (
         np.asarray(campaign.signals[name], np.float64) for name in ("eps", "eps_bounce", "gate")
     )

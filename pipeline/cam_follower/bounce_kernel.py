@@ -91,12 +91,7 @@ class Stretches(NamedTuple):
 def on_cam(curve: Array, angle: float) -> tuple[float, float]:
     """Interpolate displacement and derivative of a cam at an angle.
 
-    Args:
-        curve: displacement h (m) and derivative h' (m/rad) over one turn, shape (2, n).
-        angle: angle of the cam, rad.
-
-    Returns:
-        Displacement, m, and derivative, m/rad.
+    Takes curve (2, n), angle in rad; gives a value in m/rad.
     """
     n = curve.shape[1]
     x = angle * n / TURN
@@ -111,13 +106,7 @@ def on_cam(curve: Array, angle: float) -> tuple[float, float]:
 def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
     """Interpolate displacement and derivative of several cams, each at its own angle.
 
-    Args:
-        curves: displacement h (m) and derivative h' (m/rad) of every cam over one turn, shape (cams, 2, m).
-        cam: number of the cam of every angle, shape (n,).
-        angle: angles, rad, shape (n,).
-
-    Returns:
-        Displacement, m, and derivative, m/rad, shape (n, 2).
+    Takes curves (cams, 2, m), cam (n,), angle (n,) in rad; gives (n, 2) in m/rad.
     """
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
@@ -136,14 +125,7 @@ def contact_force(
     F. The loss adds to the elastic force while the gap closes and reduces it while the gap opens: an impact
     returns the share e^2 of its energy at any speed.
 
-    Args:
-        height: height of the follower, m.
-        speed: speed of the follower, m/s.
-        h: displacement of the cam, m.
-        dh: derivative of the displacement, m/rad.
-        omega: speed of the cam, rad/s.
-        mass: mass of the follower, kg.
-        law: parameters of the contact.
+    Takes height in m, speed in m/s, h in m, dh in m/rad, omega in rad/s, mass in kg.
     """
     compliance = law.contact_compliance + law.shaft_compliance * dh * dh
     elastic = (h - height) / compliance + mass * law.gravity
@@ -175,14 +157,7 @@ def bounced(
 ) -> None:
     """Write the detachment eps (m) and the contact force (N) at the ends of the intervals.
 
-    Args:
-        motion: measured motion of the cams.
-        stretches: stretches of the runs that are simulated.
-        law: parameters of contact and flight.
-        period: length of an interval, s.
-        substeps: number of Runge-Kutta steps per interval.
-        eps: detachment at the ends of all intervals, m, one stretch after the other, shape (samples,).
-        force: contact force at the same times, N, shape (samples,).
+    Takes period in s, eps (samples,), force (samples,) in N.
     """
     t = period / substeps
     for k in range(len(stretches.run)):

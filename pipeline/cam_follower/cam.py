@@ -15,13 +15,7 @@ TURN = 2.0 * np.pi
 def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Array]:
     """Return the cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
 
-    Args:
-        phi: angle in any turn, rad, any shape.
-        H: stroke, m.
-        beta: angle of the rise, rad, between 0 and 2 pi.
-
-    Returns:
-        h_c (m), h_c' (m/rad), h_c'' (m/rad^2) and h_c''' (m/rad^3), each of the shape of `phi`.
+    Takes phi (any shape) in rad, H in m; gives (shape of `phi`).
     """
     phi = np.mod(phi, TURN)
     rise = phi <= beta
@@ -61,22 +55,14 @@ class Cam:
     def curvature_radius(self, phi: Array) -> Array:
         """Return the radius of curvature of the cam's perimeter, eq. 5.27.
 
-        Args:
-            phi: angle on the perimeter, rad, any shape.
-
-        Returns:
-            Radius of curvature, m, of the shape of `phi`; negative where the perimeter is hollow.
+        Takes phi (any shape) in rad; gives (shape of `phi`).
         """
         h, d, dd, _ = cycloid(phi, self.H, self.beta)
         r = self.base_radius + h
         return (r**2 + d**2) ** 1.5 / (r**2 + 2.0 * d**2 - dd * r)
 
     def _pitch(self, phi: Array) -> Array:
-        """The roller's centre in polar coordinates for a contact at the perimeter's angle `phi`, eq. 5.25.
-
-        Returns:
-            (5, n): true polar angle (rad), h_p (m), h_p' (m/rad), h_p'' (m/rad^2), d angle / d phi.
-        """
+        """The roller's centre in polar coordinates for a contact at the perimeter's angle `phi`, eq. 5.25."""
         h, d, dd, ddd = cycloid(phi, self.H, self.beta)
         r, f = self.base_radius + h, self.roller_radius
         # the outward normal is (r, -r') / q in the polar frame that turns with phi
@@ -109,11 +95,7 @@ class Cam:
 
         Where the cam is undercut, the roller rests on the outer branch of the pitch curve.
 
-        Args:
-            n: number of angles 2 pi i / n; default 3600.
-
-        Returns:
-            h_p (m), h_p' (m/rad) and h_p'' (m/rad^2), shape (3, n).
+        Gives (3, n).
         """
         phi = np.linspace(-np.pi, 3.0 * np.pi, 16 * n + 1)
         psi, *values, dpsi = self._pitch(phi)
@@ -131,22 +113,14 @@ class Cam:
     def theoretical_curve(self, n: int = 3600) -> Array:
         """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10.
 
-        Args:
-            n: number of angles 2 pi i / n; default 3600.
-
-        Returns:
-            h_c (m), h_c' (m/rad) and h_c'' (m/rad^2), shape (3, n).
+        Gives (3, n).
         """
         return np.stack(cycloid(np.arange(n) * TURN / n, self.H, self.beta)[:3])
 
     def pressure_angle(self, n: int = 3600) -> Array:
         """Tabulate the pressure angle over one turn, eq. 5.28.
 
-        Args:
-            n: number of angles 2 pi i / n; default 3600.
-
-        Returns:
-            Pressure angle, rad, shape (n,).
+        Gives (n,) in rad.
         """
         h, d, _ = self.pitch_curve(n)
         return np.asarray(np.arctan(d / (self.prime_radius + h)))

@@ -36,9 +36,7 @@ FOLLOWER_CREEP, SHAFT_CREEP = 0.01, 0.2
 def guide_friction(speed: sp.Expr, sign: sp.Expr) -> sp.Expr:
     """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2.
 
-    Args:
-        speed: speed of the follower, m/s.
-        sign: sign of the speed, or a smooth approximation.
+    Takes speed in m/s.
     """
     return b0 * sign + b1 * speed
 

@@ -65,12 +65,7 @@ class CamTable(nn.Module):
     def forward(self, cam: Tensor, theta: Tensor) -> tuple[Tensor, Tensor]:
         """Interpolate the derivatives of the displacement linearly.
 
-        Args:
-            cam: numbers of the cams, int64, any shape.
-            theta: angles, rad, a shape that broadcasts with `cam`.
-
-        Returns:
-            First derivative, m/rad, and second derivative, m/rad^2, each of the broadcast shape.
+        Takes cam (any shape), theta (a shape that broadcasts with `cam`); gives (broadcast shape).
         """
         x = theta * (self.n / TURN)
         floor = torch.floor(x)
@@ -95,26 +90,14 @@ class Bench:
 
     @classmethod
     def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> Bench:
-        """Collect the cams of a table of experiments.
-
-        Args:
-            mechanism: constants of the bench.
-            experiments: table with the columns H (m) and beta (rad).
-        """
+        """Collect the cams of a table of experiments."""
         pairs = experiments[["H", "beta"]].drop_duplicates().sort_values(["H", "beta"])
         return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))
 
     def conditions(self, experiments: pd.DataFrame) -> Conditions:
         """Return the operating points of experiments.
 
-        Args:
-            experiments: table of n experiments with the columns V, m, H and beta.
-
-        Returns:
-            Operating points of shape (n,).
-
-        Raises:
-            BadInput: when an experiment uses a cam that the bench does not have.
+        Gives (n,).
         """
         index = {pair: i for i, pair in enumerate(self.cams)}
         try:
@@ -131,15 +114,7 @@ class Bench:
     def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         """Tabulate the derivatives of the displacement of all cams over one turn.
 
-        Args:
-            kind: "pitch" for the roller follower (h_p), "theoretical" for the knife-edge follower (h_c).
-            n: number of angles 2 pi i / n; default 3600.
-
-        Returns:
-            First (m/rad) and second derivative (m/rad^2), shape (cams, 2, n).
-
-        Raises:
-            BadInput: when the kind is unknown.
+        Gives (cams, 2, n).
         """
         cams = [self.mechanism.cam(*pair) for pair in self.cams]
         if kind not in ("pitch", "theoretical"):

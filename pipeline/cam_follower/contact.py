@@ -38,15 +38,7 @@ class ContactForce:
     ) -> Tensor:
         """Return the smallest force during one integration step.
 
-        Args:
-            start: angle (rad), speed (rad/s) and acceleration (rad/s^2) at the start, each of shape (batch,
-                runs).
-            end: angle, speed and acceleration at the end of the step, each of shape (batch, runs).
-            period: length of the step, s.
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Force, N, shape (batch, runs).
+        Takes start (batch, runs), end (batch, runs), period in s, q (runs,); gives (batch, runs) in N.
         """
         (a0, w0, k0), (a1, w1, k1) = start, end
         lowest = torch.full_like(a0, torch.inf)
@@ -77,17 +69,7 @@ def minimal_force(
 ) -> Tensor:
     """Return the minimal contact force F_min-dagger of free runs, N, eq. 6.11.
 
-    Args:
-        model: stack of models.
-        bench: mechanism and cams.
-        start: initial angle (rad) and speed (rad/s), each of shape (batch, runs).
-        q: operating points of shape (runs,).
-        seconds: duration of each simulation, s, shape (batch, runs) or a shape that broadcasts to it; a
-            simulation also ends after four turns.
-        period: sampling period of the model, s.
-
-    Returns:
-        Smallest force, N, shape (batch, runs).
+    Takes start (batch, runs), q (runs,), seconds (batch, runs) in s, period in s; gives (batch, runs) in N.
     """
     contact = ContactForce(bench)
     h = period / model.substeps

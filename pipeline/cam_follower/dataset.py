@@ -38,12 +38,7 @@ class Dataset:
 
     @classmethod
     def of(cls, campaign: Campaign, mechanism: CamFollower) -> Dataset:
-        """Convert a resampled campaign.
-
-        Args:
-            campaign: runs with the signals t (s), theta (rad) and omega (rad/s).
-            mechanism: constants of the bench.
-        """
+        """Convert a resampled campaign."""
         bench = Bench.of(mechanism, campaign.experiments)
         theta, omega = (torch.tensor(campaign.signals[k], dtype=torch.float32) for k in ("theta", "omega"))
         t = campaign.signals["t"]
@@ -64,30 +59,21 @@ class Dataset:
     def samples_of(self, runs: Indices) -> Tensor:
         """Return the indices of all samples of some experiments.
 
-        Args:
-            runs: numbers of the experiments, shape (runs,).
-
-        Returns:
-            Indices, shape (samples of these experiments,).
+        Takes runs (runs,); gives (samples of these experiments,).
         """
         return torch.cat([torch.arange(int(self.offsets[r]), int(self.offsets[r + 1])) for r in runs])
 
     def owner(self) -> Tensor:
         """Return the number of the experiment of every sample.
 
-        Returns:
-            Numbers of the experiments, shape (samples,).
+        Gives (samples,).
         """
         return torch.repeat_interleave(torch.arange(len(self.lengths)), self.lengths)
 
     def initial_state(self, runs: Tensor) -> tuple[Tensor, Tensor]:
         """Return the first measured angle and speed of experiments.
 
-        Args:
-            runs: numbers of the experiments, any shape.
-
-        Returns:
-            Angle, rad, and speed, rad/s, each of the shape of `runs`.
+        Takes runs (any shape); gives (shape of `runs`).
         """
         first = self.offsets[runs]
         return self.theta[first], self.omega[first]

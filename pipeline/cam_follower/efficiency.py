@@ -14,14 +14,7 @@ def efficiency(current: Array, voltage: float, resistance: float, friction: floa
     With E_a = V - R_a I, omega = E_a / K and T = K I, the mechanical power (T - B omega) omega is E_a (I - B'
     E_a) with B' = B / K^2, independent of the motor constant K.
 
-    Args:
-        current: armature current I, A, shape (n,).
-        voltage: armature voltage V, V.
-        resistance: armature resistance R_a, Ohm.
-        friction: scaled friction coefficient B', A/V.
-
-    Returns:
-        Efficiency, 0 to 1, shape (n,).
+    Takes current (n,) in A, voltage in V, resistance in Ohm, friction in A/V; gives (n,).
     """
     emf = voltage - resistance * current
     return np.asarray(emf * (current - friction * emf) / (voltage * current))

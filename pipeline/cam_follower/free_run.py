@@ -49,11 +49,7 @@ class Problem:
     def residual(self, x: Array) -> Array:
         """Return the weighted residual, robust against runs with large errors.
 
-        Args:
-            x: parameters scaled to the unit cube, see `physical`, shape (6,).
-
-        Returns:
-            Residual, rad/s, shape (runs * samples,).
+        Takes x (6,); gives (runs * samples,) in rad/s.
         """
         out = np.zeros(self.shape)
         residual(physical(x), *(*self.arguments, out))
@@ -68,11 +64,7 @@ class Problem:
 def physical(x: Array) -> Array:
     """Convert parameters from the unit cube: logarithmic if both bounds are positive, otherwise linear.
 
-    Args:
-        x: scaled parameters, shape (6,).
-
-    Returns:
-        Parameters in the order of `LOWER`, shape (6,).
+    Takes x (6,); gives (6,).
     """
     positive = LOWER > 0
     log = np.exp(
@@ -84,12 +76,7 @@ def physical(x: Array) -> Array:
 def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tolerance: float) -> Problem:
     """Prepare the identification of a motor from measured experiments.
 
-    Args:
-        dataset: measured trajectories.
-        runs: numbers of the training experiments, shape (runs,).
-        seconds: duration after which every experiment is cut off, s.
-        substeps: number of RK4 steps per sampling period.
-        tolerance: root mean square error of a run, rad/s, above which its weight falls.
+    Takes runs (runs,), seconds in s.
     """
     longest = int(seconds / dataset.period)
     lengths = np.minimum(dataset.lengths.numpy()[runs], longest)
@@ -118,14 +105,7 @@ def identify(problem: Problem, first: Array, generator: np.random.Generator, sta
     A start that stalls every run has no gradient, and the screening of the starts excludes it. Random starts
     alone may end in a local minimum; the start from `regress` makes the identification reliable.
 
-    Args:
-        problem: residuals to minimise.
-        first: parameters of `regress`, which are one of the starts, shape (6,).
-        generator: random generator of the other starts.
-        starts: number of the other starts.
-
-    Returns:
-        Parameters in the order of `LOWER`, shape (6,).
+    Takes first (6,); gives (6,).
     """
     cube = np.vstack([np.clip(unit(first), 0.02, 0.98), generator.random((starts, len(LOWER)))])
     start = min(cube, key=lambda x: float((problem.residual(x) ** 2).sum()))
@@ -140,12 +120,7 @@ def regress(dataset: Dataset, runs: Indices) -> Array:
 
     The equation is solved for the voltage, which is free of noise.
 
-    Args:
-        dataset: measured trajectories.
-        runs: numbers of the training experiments, shape (runs,).
-
-    Returns:
-        Parameters in the order of `LOWER`, shape (6,).
+    Takes runs (runs,); gives (6,).
     """
     now = dataset.samples_of(runs)
     now = now[now + 1 < dataset.offsets[dataset.owner()[now] + 1]]
@@ -172,9 +147,7 @@ def known_effort() -> Callable[..., Array]:
     """Generate the function for the torque that the known part of the drivetrain takes at a given
     acceleration.
 
-    Returns:
-        Function from theta, omega, alpha, dh, d2h, m and the constants to the torque, N m; all arguments are
-        scalars or arrays of the same shape.
+    Gives (same shape).
     """
     free = {physics.J: 0, physics.T_d: 0, physics.k_V: 0, physics.k_omega: 0, physics.T_c: 0, physics.T_s: 0}
     numerator, inertia = physics.MOTOR_ACCELERATION.subs(free).as_numer_denom()
@@ -187,11 +160,7 @@ def known_effort() -> Callable[..., Array]:
 def unit(parameters: Array) -> Array:
     """Convert parameters to the unit cube: the inverse of `physical`.
 
-    Args:
-        parameters: parameters in the order of `LOWER`, shape (6,).
-
-    Returns:
-        Scaled parameters, shape (6,).
+    Takes parameters (6,); gives (6,).
     """
     positive = LOWER > 0
     low, high = np.where(positive, LOWER, 1.0), np.where(positive, UPPER, np.e)

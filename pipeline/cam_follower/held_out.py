@@ -47,12 +47,7 @@ def simulate_tests(
 ) -> Simulations:
     """Simulate the test experiments of every fold from their first measured state.
 
-    Args:
-        model: stack of len(folds) * repeats models, the repeats of the first fold first.
-        dataset: measured trajectories.
-        folds: division into training and test experiments.
-        repeats: number of models per fold.
-        exp: ids of the experiments, shape (experiments,).
+    Takes exp (experiments,).
     """
     errors, examples = [], []
     longest = max(len(fold.test) for fold in folds)
@@ -102,15 +97,7 @@ def explore(
 ) -> pd.DataFrame:
     """Predict the minimal contact force at every setting of the campaign, from standstill.
 
-    Args:
-        model: stack of len(folds) * repeats models, the repeats of the first fold first.
-        dataset: measured trajectories, of which the settings are used.
-        folds: division into training and test experiments.
-        repeats: number of models per fold.
-        exp: ids of the experiments, shape (experiments,).
-
-    Returns:
-        Columns fold, repeat, exp, f_min (N).
+    Takes exp (experiments,).
     """
     points = torch.arange(len(exp))
     rest = torch.zeros(model.batch, len(points))

@@ -21,16 +21,8 @@ def step(
 ) -> tuple[Tensor, Tensor]:
     """Integrate one step.
 
-    Args:
-        acceleration: function from angle (rad) and speed (rad/s) to acceleration (rad/s^2), all of one shape.
-        k1: acceleration at the start of the step, rad/s^2, any shape.
-        angle: angle, rad, same shape.
-        speed: speed, rad/s, same shape.
-        period: length of the step, s.
-        method: "euler" (eq. 6.15) or "rk4".
-
-    Returns:
-        New angle (rad) and new speed (rad/s), of the same shape.
+    Takes k1 (any shape) in rad/s^2, angle (same shape) in rad, speed (same shape) in rad/s, period in s;
+    gives (same shape).
     """
     if method == "euler":
         return angle + period * speed, speed + period * k1
@@ -48,11 +40,7 @@ def step(
 def limited(speed: Tensor) -> Tensor:
     """Limit the speed of diverging simulations to `SPEED_LIMIT`; nan becomes the limit.
 
-    Args:
-        speed: speed, rad/s, any shape.
-
-    Returns:
-        Limited speed, rad/s, same shape.
+    Takes speed (any shape) in rad/s; gives (same shape) in rad/s.
     """
     return torch.nan_to_num(speed, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
 
@@ -62,17 +50,8 @@ def rollout(
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Simulate a free run from an initial state.
 
-    Args:
-        react: function from memory, angle (rad) and speed (rad/s) to acceleration (rad/s^2) and memory.
-        memory: memory at the start, any shape.
-        angle: initial angle, rad, any shape.
-        speed: initial speed, rad/s, same shape.
-        steps: number of steps.
-        period: length of a step, s.
-        method: "euler" or "rk4".
-
-    Returns:
-        Angle (rad), speed (rad/s) and acceleration (rad/s^2), each of shape (..., steps + 1).
+    Takes memory (any shape), angle (any shape) in rad, speed (same shape) in rad/s, period in s; gives (...,
+    steps + 1).
     """
     angles, speeds, accelerations = [angle], [speed], []
     for _ in range(steps):

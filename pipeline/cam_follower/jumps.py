@@ -40,15 +40,7 @@ class Observed:
 
     @classmethod
     def of(cls, campaign: Campaign, samples: int) -> Observed:
-        """Read the first samples of every run of a campaign.
-
-        Args:
-            campaign: runs with the signals theta, t and eps.
-            samples: number of samples after which a run is cut off.
-
-        Raises:
-            BadInput: when theta, t or eps is missing or not a number somewhere, or a run has no samples.
-        """
+        """Read the first samples of every run of a campaign."""
         sequences = Sequences.of(campaign, SequenceInputs(("theta", "t")), samples)
         lengths = sequences.lengths.tolist()
         angles = [theta[:n] for theta, n in zip(sequences.features[..., 0], lengths, strict=True)]
@@ -58,11 +50,7 @@ class Observed:
     def mean_maximum(self, eps: Array) -> Array:
         """Return the largest detachment per revolution, averaged over the revolutions of a run.
 
-        Args:
-            eps: detachment, m, shape (..., runs, steps).
-
-        Returns:
-            Mean of the maxima, m, shape (..., runs).
+        Takes eps (..., runs, steps) in m; gives (..., runs) in m.
         """
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
@@ -73,11 +61,7 @@ class Observed:
     def squared_error(self, eps: Array) -> Array:
         """Return the mean squared error of a predicted detachment in every run.
 
-        Args:
-            eps: predicted detachment, m, shape (..., runs, steps).
-
-        Returns:
-            Mean squared error, mm^2, shape (..., runs).
+        Takes eps (..., runs, steps) in m; gives (..., runs).
         """
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
@@ -87,21 +71,7 @@ class Observed:
 def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tables:
     """Compare the predictions with the measured detachment in the test runs of one fold.
 
-    Args:
-        observed: measured detachment of all runs.
-        fold: training runs, which set the threshold of predicted jumps, and test runs, which are assessed.
-        eps: predicted detachment, m, shape (repeats, runs, steps).
-        jump_share: share of the stroke above which a measured run is a jump.
-
-    Returns:
-        Table runs with the median prediction over the repeats (one row per run: fold, exp, label, mse in
-        mm^2, measured and predicted mean over revolutions of the largest detachment in m, jumps, which tells
-        whether the prediction counts as a jump); table repeats with the same for every repeat, with its
-        number instead of `measured`; table examples with one row per sample of some runs (fold, exp, label, t
-        in s, measured, predicted, and low and high of the repeats in m).
-
-    Raises:
-        BadInput: when a prediction is not a finite number.
+    Takes eps (repeats, runs, steps) in m.
     """
     _check_finite(observed, fold, eps)
     # the median over repeats stands in front of the repeats
@@ -136,10 +106,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
     tenth of `default` count as equal. All runs determine the threshold, not only the two runs next to the gap
     between the labels.
 
-    Args:
-        share: mean maximal detachment of every run as a share of the stroke, shape (runs,).
-        jump: whether every run is labelled a jump, shape (runs,).
-        default: threshold if all runs have the same label or the same share.
+    Takes share (runs,), jump (runs,).
     """
     logarithm = np.log(np.maximum(share, 0.1 * default) / default)
     spread = float(logarithm.std())
@@ -156,12 +123,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
     """Choose the test runs that figures show, the same for every model.
 
-    Args:
-        experiments: table with one row per run, with the columns label and eps_share.
-        test: numbers of the test runs, shape (runs,).
-
-    Returns:
-        Numbers of the chosen runs by label.
+    Takes test (runs,).
     """
     rows = {}
     for label, quantiles in QUANTILES.items():

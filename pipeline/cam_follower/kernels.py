@@ -11,23 +11,13 @@ Function = Callable[..., Any]
 
 
 def numpy_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
-    """Generate a vectorised numpy function, with common sub-expressions computed once.
-
-    Args:
-        expression: symbolic expression.
-        arguments: symbols in the order of the function's arguments.
-    """
+    """Generate a vectorised numpy function, with common sub-expressions computed once."""
     function: Function = sp.lambdify(arguments, expression, modules="numpy", cse=True)
     return function
 
 
 def torch_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
-    """Generate a torch function; symbols inside nonlinear functions must be tensors.
-
-    Args:
-        expression: symbolic expression.
-        arguments: symbols in the order of the function's arguments.
-    """
+    """Generate a torch function; symbols inside nonlinear functions must be tensors."""
     function: Function = sp.lambdify(arguments, expression, modules="torch", cse=True)
     return function
 
@@ -37,10 +27,6 @@ def compiled_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Fu
 
     A loop that is kept on disk is compiled again when its room changes (`unmodelled.base.compiling`), so that
     the expression must be written in the same room.
-
-    Args:
-        expression: symbolic expression.
-        arguments: symbols in the order of the function's arguments.
     """
     import numba
 

@@ -15,11 +15,7 @@ Array = NDArray[np.float64]
 def unwrapped(theta: Array) -> Array:
     """Unwrap an angle; a start just below zero, logged as 2 pi, becomes negative.
 
-    Args:
-        theta: measured angle, rad, shape (n,).
-
-    Returns:
-        Unwrapped angle, rad, shape (n,).
+    Takes theta (n,) in rad; gives (n,) in rad.
     """
     angle = np.unwrap(theta)
     return angle - TURN if angle[0] > np.pi else angle
@@ -29,9 +25,7 @@ def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
     """Return the samples of every full revolution, without the first one (start-up) and the last one
     (incomplete).
 
-    Args:
-        angle: unwrapped angle, rad, shape (n,).
-        minimum: number of the first revolution that counts; default 1, which leaves out the start-up.
+    Takes angle (n,) in rad.
     """
     turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
     edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
@@ -41,13 +35,7 @@ def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
 def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
     """Return the maximum or minimum of a signal per revolution, averaged over the full revolutions.
 
-    Args:
-        angle: unwrapped angle, rad, shape (n,).
-        signal: signal, any unit, shape (n,).
-        largest: whether the maximum is taken.
-
-    Returns:
-        Mean extreme; nan without a full revolution.
+    Takes angle (n,) in rad, signal (n,).
     """
     extreme = np.max if largest else np.min
     values = [extreme(signal[turn]) for turn in full_revolutions(angle)]
@@ -55,14 +43,7 @@ def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
 
 
 def label(turns: float, eps_share: float, jump_share: float, stall_turns: float) -> str:
-    """Return the label of an experiment: "stall", "jump" or "contact".
-
-    Args:
-        turns: number of revolutions.
-        eps_share: mean maximal detachment as a share of the stroke.
-        jump_share: share of the stroke above which an experiment is a jump.
-        stall_turns: number of revolutions below which an experiment is a stall.
-    """
+    """Return the label of an experiment: "stall", "jump" or "contact"."""
     if turns < stall_turns:
         return "stall"
     return "jump" if eps_share > jump_share else "contact"

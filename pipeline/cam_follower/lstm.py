@@ -77,11 +77,7 @@ class DetachmentNetwork(nn.Module):
         parameters["lstm.bias_ih_l0"][n : 2 * n] = 1.0
 
     def scale_to(self, training: Sequences) -> None:
-        """Set the statistics to those of training runs: features over all samples, settings over all runs.
-
-        Args:
-            training: training runs.
-        """
+        """Set the statistics to those of training runs: features over all samples, settings over all runs."""
         samples = training.features[training.mask]
         for name, values in (("feature", samples), ("setting", training.settings)):
             getattr(self, f"{name}_mean").copy_(torch.from_numpy(values.mean(0)))
@@ -91,12 +87,7 @@ class DetachmentNetwork(nn.Module):
     def scaled(self, tau: Tensor, q: Tensor) -> Tensor:
         """Return the scaled output for standardised inputs.
 
-        Args:
-            tau: standardised features, shape (runs, steps, features).
-            q: standardised settings, shape (runs, settings).
-
-        Returns:
-            Scaled output, shape (runs, steps).
+        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps).
         """
         states: Tensor = self.lstm(tau)[0]
         settings = q[:, None, :].expand(-1, states.shape[1], -1)
@@ -107,12 +98,7 @@ class DetachmentNetwork(nn.Module):
     def forward(self, tau: Tensor, q: Tensor) -> Tensor:
         """Return the detachment eps.
 
-        Args:
-            tau: features in SI units, shape (runs, steps, features).
-            q: settings in SI units, shape (runs, settings).
-
-        Returns:
-            Detachment, m, shape (runs, steps).
+        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps) in m.
         """
         tau = (tau - self.feature_mean) / self.feature_scale
         return self.scaled(tau, (q - self.setting_mean) / self.setting_scale) * self.target_scale
@@ -121,14 +107,7 @@ class DetachmentNetwork(nn.Module):
     def predict(self, sequences: Sequences) -> Array:
         """Predict the detachment eps of runs, without dropout.
 
-        Args:
-            sequences: runs with the features and settings that the network reads.
-
-        Returns:
-            Detachment, m, shape (runs, steps); zero after the end of a run.
-
-        Raises:
-            BadInput: when the sequences hold other features or settings than the network reads.
+        Gives (runs, steps) in m.
         """
         if sequences.inputs != self.inputs:
             raise BadInput(f"the network reads {_listed(self.inputs)}, got {_listed(sequences.inputs)}")

@@ -74,12 +74,7 @@ class RecurrentNetwork(nn.Module):
     def forward(self, d: Tensor, h: Tensor) -> tuple[Tensor, Tensor]:
         """Return the outputs and the next states of all networks.
 
-        Args:
-            d: inputs, shape (batch, runs, inputs).
-            h: states, shape (batch, runs, hidden).
-
-        Returns:
-            Outputs, shape (batch, runs), and states, shape (batch, runs, hidden).
+        Takes d (batch, runs, inputs), h (batch, runs, hidden); gives (batch, runs) and (batch, runs, hidden).
         """
         state = (torch.baddbmm(self.b_h, d * self.scale, self.W_i) + h @ self.W_h).tanh()
         return torch.baddbmm(self.b_o, state, self.W_o)[..., 0], state

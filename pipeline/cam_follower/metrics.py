@@ -11,13 +11,7 @@ Array = NDArray[np.float64]
 def project_on_angle(angle: Array, simulated_angle: Array, simulated: Array) -> Array:
     """Interpolate a simulated signal at the measured angles.
 
-    Args:
-        angle: measured angle, rad, shape (n,).
-        simulated_angle: simulated angle, rad, shape (N,); backward motion is ignored.
-        simulated: simulated signal, shape (N,).
-
-    Returns:
-        Simulated signal, shape (n,); zero at angles that the simulation does not reach, as at standstill.
+    Takes angle (n,) in rad, simulated_angle (N,) in rad, simulated (N,); gives (n,).
     """
     forward = np.maximum.accumulate(simulated_angle)
     return np.interp(angle, forward, simulated, right=0.0)
@@ -29,11 +23,7 @@ def angle_mse(angle: Array, speed: Array, simulated_angle: Array, simulated_spee
     Every sample has the weight of the angle that it covers, so that the slow start does not dominate. All
     runs count: the speed of a stalled simulation is zero at all angles that it does not reach.
 
-    Args:
-        angle: measured angle, rad, shape (n,).
-        speed: measured speed, rad/s, shape (n,).
-        simulated_angle: simulated angle, rad, on any clock, shape (N,).
-        simulated_speed: simulated speed, rad/s, shape (N,).
+    Takes angle (n,) in rad, speed (n,) in rad/s, simulated_angle (N,), simulated_speed (N,) in rad/s.
     """
     weight = np.maximum(np.gradient(np.maximum.accumulate(angle)), 0.0)
     error = project_on_angle(angle, simulated_angle, simulated_speed) - speed
@@ -43,9 +33,7 @@ def angle_mse(angle: Array, speed: Array, simulated_angle: Array, simulated_spee
 def time_mse(speed: Array, simulated_speed: Array) -> float:
     """Return the mean squared error of the speed over time, which also counts drift, (rad/s)^2.
 
-    Args:
-        speed: measured speed, rad/s, shape (n,).
-        simulated_speed: simulated speed, rad/s, shape (N,).
+    Takes speed (n,) in rad/s, simulated_speed (N,) in rad/s.
     """
     n = min(len(speed), len(simulated_speed))
     return float(np.mean((simulated_speed[:n] - speed[:n]) ** 2))

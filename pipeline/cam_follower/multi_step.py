@@ -18,13 +18,7 @@ from unmodelled.learning.adam import Adam
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
     """Identify the motor parameters; models with the same training experiments share one motor.
 
-    Args:
-        dataset: measured trajectories.
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-        seed: seed of the starts.
-
-    Returns:
-        Parameters of `Motor`, shape (stack, 6).
+    Takes folds (experiments,); gives (stack, 6).
     """
     return once_per_fold(folds, lambda distinct: free_run.fit(Motor, dataset, distinct, seed).parameters_)
 
@@ -34,15 +28,7 @@ def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tens
 
     The mean over the samples of each window, (rad/s)^2.
 
-    Args:
-        model: stack of models.
-        dataset: measured trajectories.
-        runs: numbers of the experiments, shape (stack, windows).
-        first: first samples of the windows, shape (stack, windows).
-        horizon: number of samples of a window.
-
-    Returns:
-        Mean over the samples of each window, (rad/s)^2, shape (stack, windows).
+    Takes runs (stack, windows), first (stack, windows); gives (stack, windows).
     """
     q = dataset.conditions[runs]
     theta, omega = dataset.theta[first], dataset.omega[first]

@@ -25,11 +25,7 @@ class Networked(Protocol):
 def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
     """Return a stack of untrained models, with inputs scaled by each fold's own training data.
 
-    Args:
-        build: constructor of the stack of models.
-        dataset: measured trajectories.
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-        generator: random generator of the initial weights.
+    Takes folds (experiments,).
     """
     probe = build(dataset.bench, torch.ones(1, 1), generator)
     inputs: Callable[[Tensor, Tensor, Conditions], Tensor] = probe.inputs  # type: ignore[assignment]

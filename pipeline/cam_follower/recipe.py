@@ -126,19 +126,7 @@ class DrivetrainRecipe:
 
 
 def load(path: Path, dynamics: Callable[..., Dynamics], dataset: Dataset) -> tuple[Dynamics, dict[str, Any]]:
-    """Read a fitted stack and the facts that were saved with it.
-
-    Args:
-        path: file model.pt of a fit.
-        dynamics: constructor of the stack that was fitted.
-        dataset: runs and bench that the constructor needs.
-
-    Returns:
-        The fitted stack, and the facts: folds, repeats, seed.
-
-    Raises:
-        BadInput: when the file is missing, damaged, or belongs to another model.
-    """
+    """Read a fitted stack and the facts that were saved with it."""
     content = read_checkpoint(path)
     model = _like(content["state"], dynamics, dataset)
     if model is None:

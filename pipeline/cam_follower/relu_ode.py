@@ -37,11 +37,7 @@ class ReluNetwork(nn.Module):
     def forward(self, d: Tensor) -> Tensor:
         """Return the outputs of all networks.
 
-        Args:
-            d: inputs, shape (batch, samples, inputs).
-
-        Returns:
-            Outputs, shape (batch, samples).
+        Takes d (batch, samples, inputs); gives (batch, samples).
         """
         hidden = torch.baddbmm(self.b_h, d * self.scale, self.W_h).relu()
         return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
@@ -50,14 +46,7 @@ class ReluNetwork(nn.Module):
 def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
     """Return random weights by Glorot's uniform rule.
 
-    Args:
-        batch: number of models.
-        rows: number of inputs.
-        columns: number of outputs.
-        generator: random generator.
-
-    Returns:
-        Weights, shape (batch, rows, columns).
+    Gives (batch, rows, columns).
     """
     limit = math.sqrt(6.0 / (rows + columns))
     return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
@@ -67,13 +56,7 @@ def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
     """Return the inputs d_BB: sine and cosine of the angle, speed, and the settings V, m, H and beta (section
     6.4.3).
 
-    Args:
-        theta: angle of the cam, rad, shape (batch, runs).
-        omega: speed of the cam, rad/s, shape (batch, runs).
-        q: operating points, each of shape (runs,) or (batch, runs).
-
-    Returns:
-        Inputs, shape (batch, runs, 7).
+    Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs, 7).
     """
     settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
     return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
@@ -82,14 +65,8 @@ def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
 def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
     """Return the inputs d_H1 = d_H2: the cam's derivatives instead of angle, H and beta (section 6.4.4).
 
-    Args:
-        dh: first derivative of the displacement, m/rad, shape (batch, runs).
-        d2h: second derivative of the displacement, m/rad^2, shape (batch, runs).
-        omega: speed of the cam, rad/s, shape (batch, runs).
-        q: operating points, each of shape (runs,) or (batch, runs).
-
-    Returns:
-        Inputs, shape (batch, runs, 5).
+    Takes dh (batch, runs) in m/rad, d2h (batch, runs) in m/rad^2, omega (batch, runs) in rad/s, q (runs,);
+    gives (batch, runs, 5).
     """
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
@@ -100,13 +77,8 @@ class OfSettings(Dynamics):
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         """Return the inputs of the network.
 
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, inputs).
+        Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs,
+        inputs).
         """
         return raw_inputs(theta, omega, q)
 

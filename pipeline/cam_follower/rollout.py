@@ -51,21 +51,8 @@ def residual(
     At angles that a simulation does not reach within `stretch` times the measured duration, the simulated
     speed counts as zero.
 
-    Args:
-        p: parameters, shape (6,).
-        c: constants, shape (3,).
-        curves: derivatives of the displacement of every cam over one turn, shape (cams, 2, n).
-        theta: measured angles, rad, padded after `lengths`, shape (runs, samples).
-        omega: measured speeds, rad/s, of the same shape.
-        lengths: number of samples of every run.
-        V: drive voltage of every run, V.
-        m: mass of the follower in every run, kg.
-        cam: number of the cam of every run.
-        own: constants of the cam of every run, shape (runs, 3).
-        period: sampling period, s.
-        substeps: number of Runge-Kutta steps per period.
-        stretch: longest simulated duration, as a multiple of the measured one.
-        out: residual, rad/s, shape (runs, samples).
+    Takes p (6,), c (3,), curves (cams, 2, n), theta (runs, samples), omega (same shape), V in V, m in kg, own
+    (runs, 3), period in s, out (runs, samples) in rad/s.
     """
     h = period / substeps
     for r in range(len(lengths)):

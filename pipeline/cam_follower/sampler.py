@@ -31,12 +31,7 @@ class Sampler:
     def draw(self, size: int, horizon: int = 1) -> tuple[Tensor, Tensor]:
         """Draw windows for every model.
 
-        Args:
-            size: number of windows per model.
-            horizon: number of samples that must follow the first sample within its experiment; default 1.
-
-        Returns:
-            Numbers of the experiments and first samples, each of shape (stack, size), int64.
+        Gives (stack, size).
         """
         shape = (len(self.counts), size)
         pick = (torch.rand(shape, generator=self.generator) * self.counts).long()
@@ -49,13 +44,7 @@ class Sampler:
 def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tensor:
     """Return the standard deviation of every input over each model's own training samples.
 
-    Args:
-        inputs: inputs at all samples of the dataset, shape (samples, inputs).
-        dataset: measured trajectories.
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-
-    Returns:
-        Standard deviations, shape (stack, inputs); one for an input that does not vary.
+    Takes inputs (samples, inputs), folds (experiments,); gives (stack, inputs).
     """
 
     def scale(fold: Indices) -> Tensor:
@@ -69,13 +58,7 @@ def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tenso
 def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
     """Compute a result once per distinct training set, and repeat it for all models with this set.
 
-    Args:
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-        work: function from the distinct training sets, each of shape (experiments,), to one tensor per set,
-            in the same order.
-
-    Returns:
-        One result per model, shape (stack, ...).
+    Takes folds (experiments,), work (experiments,); gives (stack, ...).
     """
     distinct = {fold.tobytes(): fold for fold in folds}
     results = dict(zip(distinct, work(list(distinct.values())), strict=True))

@@ -69,16 +69,7 @@ class Sequences:
 
     @classmethod
     def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> Sequences:
-        """Read all runs of a campaign with the signal eps, in the order of the campaign.
-
-        Args:
-            campaign: resampled runs with the signals and columns of `inputs`.
-            inputs: names of the features and settings.
-            most: number of samples after which a run is cut off; default: no limit.
-
-        Raises:
-            BadInput: when a feature or setting is unknown or not finite, or a run has no samples.
-        """
+        """Read all runs of a campaign with the signal eps, in the order of the campaign."""
         runs = campaign.experiments["exp"].to_numpy(np.int64)
         lengths = np.diff(campaign.offsets)
         if np.any(lengths == 0):
@@ -105,8 +96,7 @@ class Sequences:
     def of_runs(self, rows: Indices) -> Sequences:
         """Select runs, and pad them to the longest of them.
 
-        Args:
-            rows: numbers of the runs, shape (selected,).
+        Takes rows (selected,).
         """
         lengths = self.lengths[rows]
         steps = int(lengths.max(initial=0))

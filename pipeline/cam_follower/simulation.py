@@ -85,10 +85,6 @@ class BounceFits:
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:
         """Simulate the first samples of every run, and add the signals eps_bounce (m), contact and gate (0 to
         1).
-
-        Args:
-            fold: name of the fold.
-            campaign: resampled runs, as for `CamMotion.of`.
         """
         how = self.ensemble
         short = shortened(campaign, how.samples)
@@ -97,12 +93,7 @@ class BounceFits:
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Predict the detachment eps of all runs; zero in simulated contact.
 
-        Args:
-            fold: name of the fold.
-            campaign: resampled runs, as for `CamMotion.of`.
-
-        Returns:
-            Detachment, m, shape (1, runs, steps).
+        Gives (1, runs, steps) in m.
         """
         inputs = SequenceInputs(("eps_bounce", "gate"))
         signals = Sequences.of(self.simulated(fold, campaign), inputs).features
@@ -199,12 +190,7 @@ def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> Bo
 
 
 def shortened(campaign: Campaign, samples: int) -> Campaign:
-    """Cut every run off after a number of samples.
-
-    Args:
-        campaign: runs to cut.
-        samples: number of samples that are kept.
-    """
+    """Cut every run off after a number of samples."""
     lengths = np.minimum(np.diff(campaign.offsets), samples)
     offsets = np.append(0, np.cumsum(lengths))
     kept = np.repeat(campaign.offsets[:-1] - offsets[:-1], lengths) + np.arange(offsets[-1])

@@ -25,13 +25,7 @@ ITERATIONS = 3000
 def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, float]:
     """Identify R_a (Ohm) and B' (A/V) from measured efficiencies by least squares, eq. 2.1.
 
-    Args:
-        current: armature current, A, shape (L,).
-        measured: measured efficiencies, shape (L,).
-        voltage: armature voltage, V.
-
-    Returns:
-        Resistance, Ohm, and scaled friction coefficient, A/V.
+    Takes current (L,) in A, measured (L,), voltage in V; gives a value in A/V.
     """
 
     def error(p: Array) -> Array:
@@ -47,15 +41,7 @@ def fit_network(u: Array, y: Array, hidden: int, penalty: float, seed: int) -> C
     Inputs and outputs are normalised with the statistics of the samples. The loss is eq. 2.6, which is eq.
     2.3 if the penalty is zero. (Eq. 2.5 as printed adds the gradient, and so would increase the loss.)
 
-    Args:
-        u: inputs, shape (L,).
-        y: outputs, shape (L,).
-        hidden: number of neurons.
-        penalty: weight lambda of the sum of squared weights.
-        seed: seed of the initial weights.
-
-    Returns:
-        Function from inputs u to outputs y, both of shape (n,).
+    Takes u (L,), y (L,); gives (n,).
     """
     u_mean, u_std, y_mean, y_std = u.mean(), u.std(), y.mean(), y.std()
     weights = 2 * hidden

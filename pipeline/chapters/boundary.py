@@ -13,13 +13,7 @@ SETTING = ["H", "beta", "m"]
 def first_crossing(V: Array, value: Array, level: float) -> float:
     """Return the first voltage at which a curve rises through a level, interpolated linearly.
 
-    Args:
-        V: increasing voltages, V, shape (n,).
-        value: values of the curve at these voltages, shape (n,).
-        level: level to cross, in the unit of `value`.
-
-    Returns:
-        Voltage, V; nan if the curve never rises through the level.
+    Takes V (n,) in V, value (n,).
     """
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
     if not len(up):
@@ -29,16 +23,7 @@ def first_crossing(V: Array, value: Array, level: float) -> float:
 
 
 def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
-    """Return the measured boundary, where the mean detachment rises through a share of the stroke.
-
-    Args:
-        experiments: table with the columns H, beta, m, V, label and eps_share.
-        jump_share: share of the stroke above which a run is a jump.
-
-    Returns:
-        Columns H, beta, m and Q (V), without settings that do not change from contact to jump within the
-        grid.
-    """
+    """Return the measured boundary, where the mean detachment rises through a share of the stroke."""
     running = experiments[experiments["label"] != "stall"].sort_values("V")
     rows = [
         (*setting, first_crossing(group["V"].to_numpy(), group["eps_share"].to_numpy(), jump_share))
@@ -50,14 +35,7 @@ def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
 def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
     """Return the predicted boundary, where the minimal contact force falls through zero.
 
-    Args:
-        grid: design points, with the columns H, beta, m and V.
-        f_min: predicted minimal contact force, N, shape (points,).
-
-    Returns:
-        Columns H, beta, m and Q (V). The lowest voltage of the grid stands for settings with jumps
-        everywhere, and the highest voltage for settings without jumps, because predictions must lie within
-        the grid.
+    Takes f_min (points,) in N.
     """
     table = grid[[*SETTING, "V"]].assign(f_min=f_min).sort_values("V")
     rows = []
@@ -76,12 +54,7 @@ def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
     The model is a ridge regression on polynomials of V, m, H and beta. Its degree (up to three) and its
     penalty are chosen by cross-validation within `train`.
 
-    Args:
-        train: training runs, with the columns V, m, H, beta and f_min (N).
-        grid: design points, with the columns V, m, H and beta.
-
-    Returns:
-        Minimal contact force, N, shape (points,); negative beyond the boundary.
+    Gives (points,) in N.
     """
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV

@@ -44,11 +44,7 @@ class Region:
     def holds(self, states: Array) -> NDArray[np.bool_]:
         """Tell whether the region contains states.
 
-        Args:
-            states: states, shape (..., 2).
-
-        Returns:
-            Whether each state lies inside, shape (...,).
+        Takes states (..., 2); gives (...,).
         """
         return np.asarray(self._inside.find_simplex(states) >= 0)
 
@@ -56,13 +52,7 @@ class Region:
 def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.DataFrame:
     """Return the error of every curve against the true efficiency, inside and outside the measured currents.
 
-    Args:
-        curves: table with the columns model, seed, current (A), efficiency and truth.
-        lowest: lowest measured current, A.
-        highest: highest measured current, A.
-
-    Returns:
-        Columns model, seed, region ("inside" or "outside") and rmse.
+    Takes lowest in A, highest in A.
     """
     inside = curves["current"].between(lowest, highest)
     rows = curves.assign(
@@ -75,14 +65,7 @@ def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.Data
 def numbers(
     motor: dict[str, float], static: pd.DataFrame, sizes: pd.DataFrame, dynamic: pd.DataFrame
 ) -> dict[str, Any]:
-    """Return the numbers of the chapter: motor, efficiency, sizes and pendulum.
-
-    Args:
-        motor: identified motor, with resistance R_a in Ohm and friction B' in A/V.
-        static: table of `curve_errors`.
-        sizes: table with the columns hidden, penalty, seed, training and new (RMSE).
-        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
-    """
+    """Return the numbers of the chapter: motor, efficiency, sizes and pendulum."""
     found: dict[str, Any] = {
         "motor": {
             "resistance": {"value": motor["resistance"], "unit": "Ohm"},
@@ -105,21 +88,12 @@ def numbers(
 
 
 def per_run(dynamic: pd.DataFrame) -> pd.DataFrame:
-    """Return the median error over the trainings: columns group, model, id and rmse (rad).
-
-    Args:
-        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
-    """
+    """Return the median error over the trainings: columns group, model, id and rmse (rad)."""
     return dynamic.groupby(["group", "model", "id"])["rmse"].median().reset_index()
 
 
 def claims(static: pd.DataFrame, dynamic: pd.DataFrame) -> list[Row]:
-    """Return the claims of chapter 2 with their verdicts.
-
-    Args:
-        static: table of `curve_errors`.
-        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
-    """
+    """Return the claims of chapter 2 with their verdicts."""
     return [
         _static(static, "inside", "Between the measured currents a network predicts the efficiency better"),
         _static(static, "outside", "Beyond the measured currents a network fails, and the physics does not"),

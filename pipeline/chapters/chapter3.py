@@ -40,10 +40,6 @@ PROTOCOL = (
 def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]:
     """Return the numbers of one campaign: emd, log_likelihood_error, identification, table_3_2 and
     push_forward.
-
-    Args:
-        tables: tables `identified`, `accuracy`, `monte_carlo`, `sampling` and `estimates` of the campaign.
-        simulations: number of simulations per point of the response surface.
     """
     accuracy, samples = tables["accuracy"], tables["monte_carlo"]
     accuracy = accuracy.assign(size=accuracy["error"].abs())
@@ -114,11 +110,7 @@ def _table_3_2(of: str, tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def table_3_2(found: dict[str, Any]) -> pd.DataFrame:
-    """Return table 3.2 with the numbers of the dissertation beside the computed numbers.
-
-    Args:
-        found: numbers of `numbers`.
-    """
+    """Return table 3.2 with the numbers of the dissertation beside the computed numbers."""
     rows = []
     for of in CHAOS:
         likelihood = found["identification"][of]["log_likelihood"]["true"]["value"]

@@ -23,13 +23,7 @@ PUBLISHED_GAIN = 0.04
 
 
 def claims(found: dict[str, Any], identified: pd.DataFrame, samples: int) -> list[Row]:
-    """Return the claims of chapter 3 with their verdicts.
-
-    Args:
-        found: numbers of `chapter3.numbers`.
-        identified: table `identified` of the campaign.
-        samples: number of Monte Carlo samples of the reference.
-    """
+    """Return the claims of chapter 3 with their verdicts."""
     return [
         *(_reduction(found, of, "emd", PUBLISHED_EMD[of]) for of in CHAOS),
         *(_reduction(found, of, "log_likelihood_error", PUBLISHED_ERROR[of]) for of in CHAOS),

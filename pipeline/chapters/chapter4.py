@@ -24,22 +24,12 @@ PUBLISHED_GAIN = 0.334
 
 
 def per_trajectory(errors: pd.DataFrame) -> pd.Series:
-    """Return the mean RMSE over the repeats, one entry per trajectory.
-
-    Args:
-        errors: table with the columns id and rmse (rad/s).
-    """
+    """Return the mean RMSE over the repeats, one entry per trajectory."""
     return errors.groupby("id")["rmse"].mean()
 
 
 def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
-    """Return the numbers of the prediction errors: loocv.<model>, recurrent.<N> and region.<set>.
-
-    Args:
-        errors: table of all models, with the columns id, rmse (rad/s), model, split, horizon, extra and
-            diverged.
-        timing: table with the columns horizon, fold and seconds_per_epoch (s).
-    """
+    """Return the numbers of the prediction errors: loocv.<model>, recurrent.<N> and region.<set>."""
     left_out = errors[errors["split"] == "leave_one_out"]
     result: dict[str, Any] = {"loocv": {}, "recurrent": {}, "region": {}, "protocol": PROTOCOL}
     for model, group in left_out[~left_out["extra"]].groupby("model"):
@@ -71,9 +61,7 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
     """Return the numbers of the recovered spring with and without a spring, as shares of the range of its
     force.
 
-    Args:
-        spring_error: error of the identified force by campaign, N, each of shape (samples,).
-        spring_range: range of the true force, N.
+    Takes spring_error (samples,), spring_range in N.
     """
     result = {}
     for campaign, error in spring_error.items():
@@ -87,10 +75,6 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
 def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, Any]:
     """Return the relative errors |identified - true| / true of the parameters at the end of training, over
     the folds.
-
-    Args:
-        history: table with the columns fold, repeat, epoch and one column per parameter.
-        truth: table with the columns parameter and truth.
     """
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))
@@ -101,14 +85,7 @@ def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, An
 def claims(
     chapter: dict[str, Any], errors: pd.DataFrame, history: pd.DataFrame, advice: list[str]
 ) -> list[Row]:
-    """Return the claims of chapter 4 with their verdicts.
-
-    Args:
-        chapter: numbers of the chapter.
-        errors: table of all models, as for `accuracy`.
-        history: table with the columns set, fold, repeat, epoch, parameter and value.
-        advice: sentences of the identifiability study.
-    """
+    """Return the claims of chapter 4 with their verdicts."""
     return [
         _gain(errors),
         _power_law(chapter["recurrent"]),

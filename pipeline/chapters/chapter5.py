@@ -45,23 +45,14 @@ def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
     """Return the experiment of the dissertation for every row: uniform, factors, or scarce for models without
     q_s.
 
-    Args:
-        trained: name of the split in conf/split/, which may contain several experiments.
-        folds: name of the fold, a share or a factor.
-
-    Returns:
-        Names of the experiments, shape (rows,).
+    Gives (rows,).
     """
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
 
 
 def scores(runs: pd.DataFrame) -> dict[str, Any]:
-    """Return mse_jump, mse_all and accuracy of one model on one fold.
-
-    Args:
-        runs: table with one row per test run and the columns label, mse (mm^2) and jumps.
-    """
+    """Return mse_jump, mse_all and accuracy of one model on one fold."""
     jump = runs["label"] == "jump"
     found = {"mse_all": leaf(runs["mse"].to_numpy(), "mm^2")}
     found["accuracy"] = share(int((jump == runs["jumps"]).sum()), len(runs))
@@ -70,11 +61,7 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def predictions(runs: pd.DataFrame) -> dict[str, Any]:
-    """Return the numbers of the predictions: uniform, split, baseline.bounce and hybrid.
-
-    Args:
-        runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
-    """
+    """Return the numbers of the predictions: uniform, split, baseline.bounce and hybrid."""
     result: dict[str, Any] = {UNIFORM: {}, "split": {}, "baseline": {BOUNCE: {}}, "hybrid": {}}
     places = {BOUNCE: result["baseline"][BOUNCE], HYBRID: result["hybrid"]}
     for (split, fold, model), group in runs.groupby(["split", "fold", "model"]):
@@ -92,20 +79,12 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def force_accuracy(runs: pd.DataFrame) -> dict[str, Any]:
-    """Return the accuracy of F-dagger as a classifier of runs: a negative minimum is called a jump.
-
-    Args:
-        runs: table with columns f_min (N) and label, a row per run.
-    """
+    """Return the accuracy of F-dagger as a classifier of runs: a negative minimum is called a jump."""
     return share(int(((runs["f_min"] < 0.0) == (runs["label"] == "jump")).sum()), len(runs))
 
 
 def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the numbers of section 5.5.
-
-    Args:
-        tables: tables `overall`, `accuracy` and `agreement` of the verb `attribute`.
-    """
+    """Return the numbers of section 5.5."""
     accuracy = tables["accuracy"]
     worst = {"value": 1e3 * float(accuracy["error"].max()), "unit": "mm", "n": int(accuracy["steps"].sum())}
     shares = {
@@ -128,11 +107,7 @@ def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def readable(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per split, fold and model: the scores with their intervals.
-
-    Args:
-        runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
-    """
+    """Return one row per split, fold and model: the scores with their intervals."""
     rows = []
     for (split, fold, model), group in runs.groupby(["split", "fold", "model"], sort=False):
         row = {"split": split, "fold": fold, "model": model}

@@ -50,35 +50,21 @@ class Repeats:
     def error(self, model: str, fold: str = SCARCE) -> Array:
         """Return the median MSE over the jump test runs.
 
-        Args:
-            model: name of the model.
-            fold: name of the fold; default: the fold with scarce data.
-
-        Returns:
-            Median MSE, mm^2, shape (repeats,).
+        Gives (repeats,).
         """
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
         """Return the share of the test runs with a wrong label.
 
-        Args:
-            model: name of the model.
-            fold: name of the fold.
-
-        Returns:
-            Shares, shape (repeats,).
+        Gives (repeats,).
         """
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
         """Return the error with raw data divided by the error with linear physics features.
 
-        Args:
-            fold: name of the fold.
-
-        Returns:
-            Ratios, shape (repeats,).
+        Gives (repeats,).
         """
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
@@ -90,15 +76,7 @@ def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
 
 
 def claims(repeats: pd.DataFrame, overall: pd.DataFrame) -> list[Row]:
-    """Return the claims of chapter 5 with their verdicts.
-
-    Args:
-        repeats: table of the predictions of all repeats, see `Repeats`.
-        overall: table of the verb `attribute`, with the columns model, repeat, feature and share.
-
-    Raises:
-        BadInput: when a model is missing.
-    """
+    """Return the claims of chapter 5 with their verdicts."""
     found = Repeats(repeats)
     return [
         _features(found),

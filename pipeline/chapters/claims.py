@@ -29,13 +29,7 @@ SEPARATED = 0.95
 
 
 def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: str) -> list[Row]:
-    """Return the claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger.
-
-    Args:
-        metrics: numbers of `summary.labels`.
-        cells: number of equal cells in table 5.1, and the number of all cells.
-        data: kind of the data, "measured" or "virtual".
-    """
+    """Return the claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger."""
     equal, total = cells
     contact, accuracy = metrics["contact"], metrics["f_dagger"]["accuracy"]
     trivial = max(metrics[k]["value"] for k in ("contact", "jump")) / accuracy["n"]
@@ -83,11 +77,7 @@ def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: s
 
 
 def simulation(errors: pd.DataFrame) -> list[Row]:
-    """Return the claims of sections 6.5.1, 6.5.2 and 6.4.5 about errors of free runs.
-
-    Args:
-        errors: table of all models, with the columns model, split, fold, repeat and omega_mse ((rad/s)^2).
-    """
+    """Return the claims of sections 6.5.1, 6.5.2 and 6.4.5 about errors of free runs."""
     inside = {m: per_repeat(g) for m, g in errors[errors["split"] == "interpolation"].groupby("model")}
     first = errors[(errors["split"] == "extrapolation") & (errors["fold"] == "10%")]
     outside = {m: per_repeat(g) for m, g in first.groupby("model")}
@@ -136,11 +126,7 @@ def simulation(errors: pd.DataFrame) -> list[Row]:
 
 
 def boundary(errors: pd.DataFrame) -> list[Row]:
-    """Return the claim of section 6.5.4: with the 10 % most stable data, f_H2 predicts the boundary best.
-
-    Args:
-        errors: table of `summary.boundary_errors`.
-    """
+    """Return the claim of section 6.5.4: with the 10 % most stable data, f_H2 predicts the boundary best."""
     first = errors[errors["fold"] == "10%"]
     mae = {str(m): g["mae"].to_numpy() for m, g in first.groupby("model")}
     order = [order_verdict(mae[other], mae["f_h2"]) for other in ("f_bb", "f_h1", "direct")]
@@ -165,10 +151,5 @@ def boundary(errors: pd.DataFrame) -> list[Row]:
 
 
 def complete(rows: list[Row], data: str) -> list[Row]:
-    """Add missing keys to the rows of claims.
-
-    Args:
-        rows: claims with their verdicts.
-        data: kind of the data, "measured" or "virtual".
-    """
+    """Add missing keys to the rows of claims."""
     return [{"interval": None, "data": data, **row} for row in rows]

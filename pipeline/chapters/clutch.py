@@ -27,20 +27,7 @@ THINNED = 8
 
 
 def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
-    """Return one engagement, measured and simulated with the nominal parameters, both phases.
-
-    Args:
-        system: system of the logs.
-        logs: measured experiments.
-        name: id of the experiment.
-
-    Returns:
-        Columns t (s), u (A), measured_<output>, and simulated states and signals of figures 3.19 and 3.20, SI
-        units; `synchronous` tells whether the simulated event has happened.
-
-    Raises:
-        BadInput: when there is no such experiment.
-    """
+    """Return one engagement, measured and simulated with the nominal parameters, both phases."""
     if name not in logs.ids:
         raise BadInput(f"experiment {name}: is not among the logs")
     i = logs.ids.index(name)
@@ -67,9 +54,6 @@ def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
 def currents(logs: Logs) -> pd.DataFrame:
     """Return the feedforward signal of every profile, from one experiment each: columns profile, t (s) and u
     (A).
-
-    Args:
-        logs: measured experiments.
     """
     table = logs.experiments
     first = table.reset_index(drop=True).groupby("profile").head(1)
@@ -82,15 +66,7 @@ def currents(logs: Logs) -> pd.DataFrame:
 
 
 def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
-    """Read one table of all campaigns, and add a column campaign.
-
-    Args:
-        folders: name and folder of every campaign.
-        name: name of the table.
-
-    Raises:
-        BadInput: when a table is missing.
-    """
+    """Read one table of all campaigns, and add a column campaign."""
     parts = []
     for campaign, folder in folders:
         table = read_parquet(folder / f"{name}.parquet")
@@ -103,13 +79,6 @@ def interpolated_samples(sampling: pd.DataFrame, mae: float) -> float:
     """Return the number of simulations per point with which sampling reaches an error.
 
     The number is interpolated linearly between logarithms.
-
-    Args:
-        sampling: table with the columns samples and mae; repeats are averaged.
-        mae: mean absolute error to reach.
-
-    Returns:
-        Number of simulations; nan if no tested size reaches the error.
     """
     curve = sampling.groupby("samples")["mae"].mean().sort_index()
     sizes, errors = np.log(curve.index.to_numpy(np.float64)), np.log(curve.to_numpy())

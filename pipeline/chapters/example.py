@@ -33,23 +33,14 @@ CURVE = 401
 def response(theta: Array) -> Array:
     """Return the response y(x = 1; theta).
 
-    Args:
-        theta: uncertain parameter, any shape.
-
-    Returns:
-        Response, of the shape of `theta`.
+    Takes theta (any shape); gives (shape of `theta`).
     """
     value: Array = np.tan(theta / 8.0) + np.exp(theta / 6.0 - 1.0) + np.tanh(theta / 2.0)
     return value
 
 
 def expansion(degree: int, order: int) -> Expansion:
-    """Return the Hermite chaos of the clipped normal distribution.
-
-    Args:
-        degree: degree of the expansion.
-        order: order of the quadrature.
-    """
+    """Return the Hermite chaos of the clipped normal distribution."""
     chaos = Chaos((FAMILY,), degree, order)
     return chaos.expand(ALPHA, response(chaos.nodes(ALPHA)))
 
@@ -57,8 +48,7 @@ def expansion(degree: int, order: int) -> Expansion:
 def exact_moments() -> Array:
     """Return the raw moments of Y under the density of theta.
 
-    Returns:
-        Raw moments, shape (MOMENTS,).
+    Gives (MOMENTS,).
     """
     nodes, weights = np.polynomial.legendre.leggauss(FINE)
     half = (FAMILY.high - FAMILY.low) / 2.0
@@ -70,9 +60,7 @@ def exact_moments() -> Array:
 def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
     """Return the Gaussian and the maximum-entropy density with given raw moments.
 
-    Args:
-        raw: raw moments, shape (MOMENTS,).
-        support: lower and upper limit of the density, shape (1, 2); default: none.
+    Takes raw (MOMENTS,), support (1, 2).
     """
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
     return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)

@@ -54,11 +54,7 @@ class Reference:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Reference:
-        """Read a row of `numbers`; a value that is a list is a range.
-
-        Args:
-            row: checked entry of the file.
-        """
+        """Read a row of `numbers`; a value that is a list is a range."""
         values = row["value"] if isinstance(row["value"], list) else [row["value"]]
         return cls(row["of"], row["parameter"], min(values), max(values), row["unit"], row["source"])
 
@@ -83,11 +79,7 @@ class KnownCase:
 
     @classmethod
     def read(cls, case: Mapping[str, Any]) -> KnownCase:
-        """Read an entry of `cases`.
-
-        Args:
-            case: checked entry of the file.
-        """
+        """Read an entry of `cases`."""
         return cls(
             str(case["known"]),
             frozenset(case["verdicts"]),
@@ -126,14 +118,7 @@ class Machine:
 
 
 def read_machine(folder: Path) -> Machine:
-    """Read `folder`/known.yaml.
-
-    Args:
-        folder: folder with the system files of one machine.
-
-    Raises:
-        BadInput: when the file is missing or damaged.
-    """
+    """Read `folder`/known.yaml."""
     path = folder / FILE
     try:
         content = yaml.safe_load(path.read_bytes())
@@ -150,14 +135,7 @@ def read_machine(folder: Path) -> Machine:
 
 
 def read_machines(systems: Path) -> list[Machine]:
-    """Read all machines in `systems`/<machine>/known.yaml, by name.
-
-    Args:
-        systems: folder with one folder of system files per machine.
-
-    Raises:
-        BadInput: when there is none, or one is damaged.
-    """
+    """Read all machines in `systems`/<machine>/known.yaml, by name."""
     found = [read_machine(path.parent) for path in sorted(systems.glob(f"[!.]*/{FILE}"))]
     if not found:
         raise BadInput(f"{systems}: holds no machine, a folder with {FILE}")
@@ -165,9 +143,5 @@ def read_machines(systems: Path) -> list[Machine]:
 
 
 def system_files(folder: Path) -> list[Path]:
-    """Return the system files in the folder of a machine, by name.
-
-    Args:
-        folder: folder with the system files of one machine.
-    """
+    """Return the system files in the folder of a machine, by name."""
     return sorted(path for path in folder.glob("*.yaml") if path.name != FILE)

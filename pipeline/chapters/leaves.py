@@ -16,8 +16,7 @@ SAMPLES = 2000
 def median_interval(values: Array) -> tuple[float, float]:
     """Return the 95 % bootstrap interval of the median.
 
-    Args:
-        values: independent samples, in any unit, shape (samples,).
+    Takes values (samples,).
     """
     rng = np.random.default_rng(0)
     medians = np.median(values[rng.integers(0, len(values), (SAMPLES, len(values)))], axis=1)
@@ -28,9 +27,7 @@ def median_interval(values: Array) -> tuple[float, float]:
 def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
     """Return the mean of samples with its 95 % bootstrap interval.
 
-    Args:
-        values: samples, shape (n,).
-        unit: unit of the samples.
+    Takes values (n,).
     """
     values = np.asarray(values, np.float64)
     rng = np.random.default_rng(0)
@@ -47,9 +44,7 @@ def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
 def spread_leaf(values: Array, unit: str) -> dict[str, Any]:
     """Return the median of samples, and the range of the inner 95 % of them.
 
-    Args:
-        values: samples, shape (n,).
-        unit: unit of the samples.
+    Takes values (n,).
     """
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return {"value": float(middle), "unit": unit, "interval": [float(low), float(high)], "n": len(values)}

@@ -10,27 +10,14 @@ from unmodelled.base.files import read_json, replacing, write_json
 
 
 def training_seconds(fits: Path) -> float:
-    """Return the duration of all fits, s.
-
-    Args:
-        fits: folder of the fits <model>/<split>.
-    """
+    """Return the duration of all fits, s."""
     return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
 
 
 def write_table(
     path: Path, table: pd.DataFrame, chapter: int | None, title: str, protocol: str, data: str = ""
 ) -> None:
-    """Write a table as a CSV file, and its description as a JSON file.
-
-    Args:
-        path: path of both files, without suffix.
-        table: table to write.
-        chapter: chapter of the dissertation; None if there is none.
-        title: title, which is also the caption.
-        protocol: description of how the numbers were computed.
-        data: kind of the data; default: unknown.
-    """
+    """Write a table as a CSV file, and its description as a JSON file."""
     with replacing(path.with_suffix(".csv")) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g")
     about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}

@@ -50,15 +50,7 @@ class Diagnosed:
 
 
 def read_diagnoses(folder: Path, machines: Sequence[Machine]) -> list[Diagnosed]:
-    """Read `folder`/<machine>/<withheld>_withheld/diagnosis.json of all machines.
-
-    Args:
-        folder: folder of all diagnoses; may be missing.
-        machines: machines to look for.
-
-    Raises:
-        BadInput: when a diagnosis is damaged, or known.yaml of its machine lacks its case.
-    """
+    """Read `folder`/<machine>/<withheld>_withheld/diagnosis.json of all machines."""
     return [found for machine in machines for found in _read(folder / machine.name, machine)]
 
 
@@ -75,11 +67,7 @@ def _read(folder: Path, machine: Machine) -> Iterator[Diagnosed]:
 
 
 def leaves(report: Report) -> dict[str, Any]:
-    """Return the numbers of one diagnosis.
-
-    Args:
-        report: content of diagnosis.json.
-    """
+    """Return the numbers of one diagnosis."""
     gap = report["gap"]
     n = len(gap["held_out"])
     return {
@@ -104,10 +92,6 @@ def judgements(found: Sequence[Diagnosed], machines: Sequence[Machine]) -> pd.Da
     """Return a row per system file: what is known from elsewhere, what is said, and whether it holds.
 
     A system file without a diagnosis has a row that says how to give the data of its machine.
-
-    Args:
-        found: diagnoses of any machines.
-        machines: all machines, with or without a diagnosis.
     """
     reports = {(one.machine, one.withheld): one.report for one in found}
     rows = []
@@ -126,11 +110,7 @@ def judgements(found: Sequence[Diagnosed], machines: Sequence[Machine]) -> pd.Da
 
 
 def gaps(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return the gaps of every diagnosis, model by model.
-
-    Args:
-        found: diagnoses of any machines.
-    """
+    """Return the gaps of every diagnosis, model by model."""
     rows = [
         {
             **one.about,
@@ -147,11 +127,7 @@ def gaps(found: Sequence[Diagnosed]) -> pd.DataFrame:
 
 
 def numbers(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return the identified numbers of the known physics and of the effects, with their references.
-
-    Args:
-        found: diagnoses of any machines.
-    """
+    """Return the identified numbers of the known physics and of the effects, with their references."""
     rows = [row for one in found for row in _numbers(one)]
     columns = ["of", "parameter", "unit", "given", "identified", "low", "high"]
     more = ["reference low", "reference high", "inside", "source"]
@@ -176,11 +152,7 @@ def _numbers(one: Diagnosed) -> Iterator[dict[str, Any]]:
 
 
 def left_over(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return where the gap lies, the remaining gap of every held-out experiment, and the notes.
-
-    Args:
-        found: diagnoses of any machines.
-    """
+    """Return where the gap lies, the remaining gap of every held-out experiment, and the notes."""
     rows = [
         {**one.about, "kind": kind, "where": where, "share": share, "left": left}
         for one in found
@@ -205,11 +177,7 @@ def _places(report: Report) -> Iterator[tuple[str, str, float | None, float | No
 
 
 def said(report: Report) -> str:
-    """Return the effects of a diagnosis with their laws and the effects that are not told apart from them.
-
-    Args:
-        report: content of diagnosis.json.
-    """
+    """Return the effects of a diagnosis with their laws and the effects that are not told apart from them."""
     return "; ".join(map(_effect, report["effects"])) or "none"
 
 

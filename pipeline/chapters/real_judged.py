@@ -15,39 +15,19 @@ ASSERTING = ("effect", "main_effect")
 
 
 def named(effect: Mapping[str, Any]) -> str:
-    """Return family and place of an effect, such as "coulomb_friction at rail".
-
-    Args:
-        effect: effect of diagnosis.json.
-    """
+    """Return family and place of an effect, such as "coulomb_friction at rail"."""
     place = effect.get("port")
     return f"{effect['family']} at {place}" if place else str(effect["family"])
 
 
 def asserted(report: Report) -> Sequence[Mapping[str, Any]]:
-    """Return the effects that the verdict asserts.
-
-    Args:
-        report: content of diagnosis.json.
-    """
+    """Return the effects that the verdict asserts."""
     effects: Sequence[Mapping[str, Any]] = report["effects"]
     return effects if report["verdict"] in ASSERTING else ()
 
 
 def judged(case: KnownCase, report: Report) -> dict[str, Any]:
-    """Return how a diagnosis compares with what is known.
-
-    Args:
-        case: the right answer.
-        report: content of diagnosis.json.
-
-    Returns:
-        names right: number of withheld effects whose family is named; places right: number of withheld
-        effects that are named at the right place; numbers inside: number of references inside the 95 %
-        interval. All are texts like "1 of 2", empty if there is nothing to count. holds: whether the answer
-        is right; harmful: whether a reader would add a wrong effect, or stop although something is missing;
-        failed at: the parts of the diagnosis that failed.
-    """
+    """Return how a diagnosis compares with what is known."""
     effects = asserted(report)
     families = [frozenset(_family(name) for name in names) for names in case.effects]
     sayings = [_said(effect) for effect in effects]
@@ -67,10 +47,6 @@ def is_inside(reference: Reference, report: Report) -> bool | None:
     """Return whether a reference lies in the 95 % interval of its number; None where there is no interval.
 
     A reference that is a range lies inside if it overlaps the interval.
-
-    Args:
-        reference: reference value or range.
-        report: content of diagnosis.json.
     """
     identified = parameters(report).get((reference.of, reference.parameter))
     if identified is None or None in (interval := identified["interval"] or [None]):
@@ -80,11 +56,7 @@ def is_inside(reference: Reference, report: Report) -> bool | None:
 
 
 def parameters(report: Report) -> dict[tuple[str, str], dict[str, Any]]:
-    """Return the identified numbers by owner (effect, or known physics) and name.
-
-    Args:
-        report: content of diagnosis.json.
-    """
+    """Return the identified numbers by owner (effect, or known physics) and name."""
     own = {(KNOWN_PHYSICS, name): dict(values) for name, values in report["parameters"].items()}
     return own | {
         (named(effect), name): {"identified": values["value"], **values}

@@ -61,75 +61,33 @@ _REFIT = {
 
 
 def read_told(path: Path) -> dict[str, Any]:
-    """Read a diagnosis with everything that a page shows of it.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
-    """
+    """Read a diagnosis with everything that a page shows of it."""
     return _read(path, _TOLD)
 
 
 def read_judged(path: Path) -> dict[str, Any]:
-    """Read a diagnosis of a withheld case.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
-    """
+    """Read a diagnosis of a withheld case."""
     return _read(path, _JUDGED)
 
 
 def read_held_out(path: Path) -> list[str]:
-    """Read the ids of the held-out experiments of a diagnosis.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
-    """
+    """Read the ids of the held-out experiments of a diagnosis."""
     found: list[str] = _read(path, {"gap": {"held_out": [str]}})["gap"]["held_out"]
     return found
 
 
 def read_truth(path: Path) -> dict[str, Any]:
-    """Read the planted effects of a withheld case.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
-    """
+    """Read the planted effects of a withheld case."""
     return _read(path, _TRUTH)
 
 
 def read_refit(path: Path) -> dict[str, Any]:
-    """Read the refit of a withheld case with known planted effects.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
-    """
+    """Read the refit of a withheld case with known planted effects."""
     return _read(path, _REFIT)
 
 
 def read_validation(path: Path) -> dict[str, Any]:
-    """Read the errors of a diagnosis on validation experiments.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: naming the place that is missing or wrong.
-    """
+    """Read the errors of a diagnosis on validation experiments."""
     return _read(path, _VALIDATION)
 
 

@@ -34,18 +34,7 @@ CAMPAIGNS = {"slider_crank": "spring", "slider_crank_bare": "no_spring"}
 
 
 def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
-    """Find the cells <model>/<split> in a folder.
-
-    Args:
-        folder: folder of the cells.
-
-    Returns:
-        Model, horizon of a recurrent model (otherwise 0), whether the model had additional epochs, split, and
-        folder of every cell.
-
-    Raises:
-        BadInput: when there is no cell.
-    """
+    """Find the cells <model>/<split> in a folder."""
     found = []
     for path in sorted(p for p in folder.glob("[!.]*/[!.]*") if p.is_dir()):
         recurrent = re.fullmatch(r"nnap_recurrent_(\d+)", path.parent.name)
@@ -57,13 +46,7 @@ def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
 
 
 def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
-    """Read one table of all cells, and add the columns model, split, horizon and extra.
-
-    Args:
-        predictions: folder of the predictions <model>/<split>.
-        fits: folder of the fits <model>/<split>.
-        kind: name of the table.
-    """
+    """Read one table of all cells, and add the columns model, split, horizon and extra."""
     parts = []
     for model, horizon, extra, split, path in cells(predictions):
         fit = read_json(fits / path.parent.name / path.name / "fit.json")
@@ -73,15 +56,7 @@ def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
 
 
 def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the parameters after every epoch, and the time per epoch of the recurrent models.
-
-    Args:
-        fits: folder of the fits <model>/<split>.
-
-    Returns:
-        Table with the columns set, fold, repeat, epoch, parameter and value, and table with the columns
-        horizon, fold and seconds_per_epoch (s).
-    """
+    """Return the parameters after every epoch, and the time per epoch of the recurrent models."""
     history, timing = [], []
     for model, horizon, extra, split, path in cells(fits):
         table = read_parquet(path / "history.parquet")
@@ -97,12 +72,7 @@ def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def parameters(system: System, bench: Path) -> pd.DataFrame:
-    """Return table 4.1: parameters in the system file, and their true values on the virtual bench.
-
-    Args:
-        system: known physics.
-        bench: path of bench.json.
-    """
+    """Return table 4.1: parameters in the system file, and their true values on the virtual bench."""
     truth = read_json(bench)
     known = {p.name: p for p in system.parameters}
     rows = []
@@ -115,12 +85,7 @@ def parameters(system: System, bench: Path) -> pd.DataFrame:
 
 
 def signals(system: System, logs: Logs) -> pd.DataFrame:
-    """Return id, t, theta, omega and T, with d and v computed from the geometry at the measured states.
-
-    Args:
-        system: system of the logs.
-        logs: measured experiments.
-    """
+    """Return id, t, theta, omega and T, with d and v computed from the geometry at the measured states."""
     geometry = numpy_system_function(system, [system.signals["d"], system.signals["v"]], efforts_zero=True)
     e = np.zeros(len(system.ports))
     d, v = geometry(logs.t, logs.x, logs.u, e, np.array(system.values), logs.c[logs.owner]).T
@@ -130,11 +95,7 @@ def signals(system: System, logs: Logs) -> pd.DataFrame:
 
 
 def experiments(logs: Logs) -> pd.DataFrame:
-    """Return id, profile, start, speed (rms of omega, rad/s) and slow (whether in the slower half).
-
-    Args:
-        logs: measured experiments.
-    """
+    """Return id, profile, start, speed (rms of omega, rad/s) and slow (whether in the slower half)."""
     table = logs.experiments_with_speed()
     speed = table["rms_omega"].to_numpy(np.float64)
     order = np.argsort(speed, kind="stable")
@@ -146,13 +107,7 @@ def experiments(logs: Logs) -> pd.DataFrame:
 def forces(
     predictions: dict[str, Path], measured: dict[str, pd.DataFrame], truth: dict[str, Path]
 ) -> pd.DataFrame:
-    """Return the forces of the networks in the training data, beside the true load of the bench.
-
-    Args:
-        predictions: folder of the predictions <model>/<split>, by campaign.
-        measured: table of `signals`, by campaign.
-        truth: path of truth.parquet (id, t, d, v, F), by campaign; used for the assessment only.
-    """
+    """Return the forces of the networks in the training data, beside the true load of the bench."""
     parts = []
     for campaign, folder in predictions.items():
         own = measured[campaign][["id", "t", "d", "v"]]
@@ -180,9 +135,6 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
 def surface(predictions: Path) -> pd.DataFrame:
     """Return the force F(d, v) of the network of one fold on a grid, before and after training: stage, d, v,
     F.
-
-    Args:
-        predictions: folder of one cell.
     """
     table = read_parquet(predictions / "surface.parquet")
     return table.rename(columns={"q0": "d", "q1": "v", "effort": "F"}).drop(columns="network")
@@ -191,12 +143,7 @@ def surface(predictions: Path) -> pd.DataFrame:
 def spring_errors(force: pd.DataFrame, spring: pd.DataFrame) -> dict[str, Array]:
     """Return the error of the conservative network against the true spring, at the visited positions.
 
-    Args:
-        force: table of `forces`.
-        spring: table with the columns d (m) and F (N) of the true spring.
-
-    Returns:
-        Errors by campaign, N, each of shape (samples,).
+    Gives (samples,).
     """
     split = force[force["model"] == "nnap_split"]
     result = {}

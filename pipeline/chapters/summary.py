@@ -19,9 +19,7 @@ Leaf = dict[str, Any]
 def leaf(values: Array, unit: str) -> Leaf:
     """Return the median over the repeats with its 95 % interval.
 
-    Args:
-        values: one number per repeat, shape (repeats,).
-        unit: unit of the numbers.
+    Takes values (repeats,).
     """
     values = np.asarray(values, np.float64)
     content: Leaf = {"value": float(np.median(values)), "unit": unit, "n": len(values)}
@@ -31,12 +29,7 @@ def leaf(values: Array, unit: str) -> Leaf:
 
 
 def share(hits: int, total: int) -> Leaf:
-    """Return a share with its 95 % Wilson interval.
-
-    Args:
-        hits: number of hits.
-        total: number of all trials.
-    """
+    """Return a share with its 95 % Wilson interval."""
     from scipy.stats import binomtest
 
     interval = binomtest(hits, total).proportion_ci(method="wilson")
@@ -47,9 +40,6 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
     """Count the labels, and assess F-dagger as a classifier; a negative minimum is called a jump.
 
     Neither the pitch curve nor the threshold, which is zero, was fitted to labels.
-
-    Args:
-        experiments: table with one row per run and the columns label and f_min (N).
     """
     counts = {
         name: {"value": int((experiments["label"] == name).sum()), "unit": "runs", "n": len(experiments)}
@@ -72,9 +62,7 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
 def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.DataFrame:
     """Compare table 5.1 by our geometry with the published one: 40 cells.
 
-    Args:
-        extremes: function of the stroke (m) and the angle of the rise (rad) of a cam; it returns the cam's
-            smallest radius of curvature in radii of the roller, and its largest pressure angle, rad.
+    Takes extremes in rad.
     """
     rows = []
     for i, H in enumerate(published.STROKES):
@@ -89,21 +77,14 @@ def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.Dat
 def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
     """Return the median over the test runs for every repeat.
 
-    Args:
-        errors: table with the column repeat and the errors.
-        column: name of the column of errors; default omega_mse.
-
-    Returns:
-        Medians, shape (repeats,).
+    Gives (repeats,).
     """
     return np.asarray(errors.groupby("repeat")[column].median(), np.float64)
 
 
 def simulation(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the free-run errors per model: interpolation over all folds together, extrapolation per level.
-
-    Args:
-        errors: table of all models, with the columns model, split, fold, repeat and omega_mse ((rad/s)^2).
+    """Return the free-run errors per model: interpolation over all folds together, extrapolation
+    per level.
     """
     result: dict[str, Any] = {"interpolation": {}, "extrapolation": {}}
     for (split, model), group in errors.groupby(["split", "model"]):
@@ -126,12 +107,7 @@ def _errors(group: pd.DataFrame) -> dict[str, Leaf]:
 
 
 def contact_force(force: pd.DataFrame, experiments: pd.DataFrame) -> dict[str, Any]:
-    """Return the mean absolute error of F_min (eq. 6.12) on I_2 to I_10, for models trained on I_1 only.
-
-    Args:
-        force: table with the columns model, fold, repeat, exp and f_min (N).
-        experiments: table with the columns exp, subset and f_min (N).
-    """
+    """Return the mean absolute error of F_min (eq. 6.12) on I_2 to I_10, for models trained on I_1 only."""
     first = force[force["fold"] == "10%"].merge(
         experiments.loc[experiments["subset"] >= 2, ["exp", "f_min"]], on="exp", suffixes=("", "_measured")
     )
@@ -141,12 +117,7 @@ def contact_force(force: pd.DataFrame, experiments: pd.DataFrame) -> dict[str, A
 
 
 def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean absolute error of Q per model, fold and repeat, V.
-
-    Args:
-        boundary: table with the columns model, fold, repeat, H, beta, m and Q (V); the measured boundary has
-            the model "measured".
-    """
+    """Return the mean absolute error of Q per model, fold and repeat, V."""
     setting = ["H", "beta", "m"]
     truth = boundary.loc[boundary["model"] == "measured", [*setting, "Q"]]
     joined = boundary[boundary["model"] != "measured"].merge(truth, on=setting, suffixes=("", "_measured"))
@@ -155,11 +126,7 @@ def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
 
 
 def boundary_leaves(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the numbers `boundary.<subset count>.<model>.mae`.
-
-    Args:
-        errors: table of `boundary_errors`.
-    """
+    """Return the numbers `boundary.<subset count>.<model>.mae`."""
     result: dict[str, Any] = {}
     for (fold, model), group in errors.groupby(["fold", "model"]):
         level = str(int(str(fold).rstrip("%")) // 10)

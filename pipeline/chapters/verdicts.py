@@ -37,10 +37,7 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
     few repeats if even complete separation would not reach 5 %, as with four pairs, or with three numbers
     against three.
 
-    Args:
-        larger: one number per independent sample, shape (samples,).
-        smaller: one number per independent sample, shape (samples,).
-        paired: whether the k-th numbers belong to the same held-out run or data set; default: they do not.
+    Takes larger (samples,), smaller (samples,).
     """
     from scipy.stats import mannwhitneyu, wilcoxon
 
@@ -63,9 +60,6 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
 def too_few(pairs: int) -> bool:
     """Tell whether no test of a number of pairs can reach the level; numbers against a constant count as
     pairs.
-
-    Args:
-        pairs: number of pairs.
     """
     return 0.5**pairs >= LEVEL
 
@@ -75,9 +69,7 @@ def falling_verdict(levels: Array, values: Array) -> tuple[str, float]:
 
     The test is exact, over all orders of the values, one-sided at 5 %.
 
-    Args:
-        levels: levels such as shares of training runs, shape (samples,).
-        values: median over the repeats at each level, shape (samples,).
+    Takes levels (samples,), values (samples,).
     """
     from scipy.stats import permutation_test, spearmanr
 
@@ -103,8 +95,7 @@ def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
     only the ratio of the medians is below `ALIKE`. Fewer than six repeats are too few, because no interval of
     a median reaches 95 % then.
 
-    Args:
-        samples: errors of every model, each of shape (repeats,).
+    Takes samples (repeats,).
     """
     medians = [float(np.median(own)) for own in samples]
     largest, smallest = int(np.argmax(medians)), int(np.argmin(medians))
@@ -116,11 +107,7 @@ def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
 
 
 def worst(*verdicts: str) -> str:
-    """Return the verdict on a claim that consists of several claims: the worst of their verdicts.
-
-    Args:
-        *verdicts: verdicts of the partial claims.
-    """
+    """Return the verdict on a claim that consists of several claims: the worst of their verdicts."""
     return max(verdicts, key=[HOLDS, DIRECTION, TOO_FEW, FAILS].index)
 
 

@@ -18,12 +18,7 @@ FACTORS = ("V", "m", "H", "beta")
 def levels(experiments: pd.DataFrame, factor: str) -> Array:
     """Return the levels of a factor in increasing order.
 
-    Args:
-        experiments: table of the experiments.
-        factor: name of the column.
-
-    Returns:
-        Levels, SI units, shape (levels,).
+    Gives (levels,).
     """
     return np.unique(experiments[factor].to_numpy(np.float64))
 
@@ -32,9 +27,6 @@ def centre(experiments: pd.DataFrame) -> dict[str, float]:
     """Return a setting just above the middle of every range, with the lightest follower.
 
     At this setting a light follower already jumps, and a change of any factor starts or ends the jumps.
-
-    Args:
-        experiments: table of the experiments, with the columns V, m, H and beta.
     """
     middle = {}
     for factor in FACTORS:
@@ -44,13 +36,7 @@ def centre(experiments: pd.DataFrame) -> dict[str, float]:
 
 
 def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
-    """Return rows without stall in which only one factor differs from the `centre`.
-
-    Args:
-        experiments: table of the experiments.
-        factor: name of the factor.
-        count: largest number of levels, over the whole range; default 3.
-    """
+    """Return rows without stall in which only one factor differs from the `centre`."""
     chosen = experiments["label"] != "stall"
     for other, value in centre(experiments).items():
         if other != factor:
@@ -62,15 +48,7 @@ def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
 
 
 def median_row(experiments: pd.DataFrame, column: str) -> int | None:
-    """Return the row with the median of a column.
-
-    Args:
-        experiments: table of the experiments.
-        column: name of the column.
-
-    Returns:
-        Row; None for an empty table.
-    """
+    """Return the row with the median of a column."""
     ordered = experiments.sort_values([column, "exp"]).index
     return int(ordered[len(ordered) // 2]) if len(ordered) else None
 
@@ -79,12 +57,6 @@ def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | N
     """Return a contact run and a jump run that differ only in the voltage, if the campaign has such a pair.
 
     The jump run has the median detachment; the contact run has the median voltage for the same cam and mass.
-
-    Args:
-        experiments: table of the experiments.
-
-    Returns:
-        Rows of the contact run and of the jump run; None if there is none.
     """
     contacts = experiments[experiments["label"] == "contact"]
     jumps = experiments[experiments["label"] == "jump"]
@@ -101,10 +73,6 @@ def folded(theta: Array) -> Array:
 
     Unlike a remainder, the angle does not wrap where the shaft swings back over the end of the revolution.
 
-    Args:
-        theta: unwrapped angle within about one revolution, rad, shape (n,).
-
-    Returns:
-        Angle, rad, shape (n,).
+    Takes theta (n,) in rad; gives (n,) in rad.
     """
     return theta - TURN * float(np.floor(np.median(theta) / TURN))

@@ -29,61 +29,37 @@ LOOKS = {
 
 
 def look(model: str) -> Look:
-    """Return the look of a model; an unknown model is labelled with its own name.
-
-    Args:
-        model: name of the model.
-    """
+    """Return the look of a model; an unknown model is labelled with its own name."""
     return LOOKS.get(model, Look(model, "#8c6d31", "*"))
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by the verb tabulate.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-    """
+    """Read a table written by the verb tabulate."""
     return read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of models that were trained on a share of the most stable runs, with the column share
     (%).
-
-    Args:
-        rows: table with the column fold.
     """
     kept = rows[rows["fold"].str.endswith("%")]
     return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
 
 
 def smallest_share(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of models that were trained on the smallest share, I1.
-
-    Args:
-        rows: table with the column fold.
-    """
+    """Return the rows of models that were trained on the smallest share, I1."""
     kept = shares(rows)
     return kept[kept["share"] == kept["share"].min()]
 
 
 def present(rows: pd.DataFrame) -> list[str]:
-    """Return the models of a table in the order of legends, without the measurement.
-
-    Args:
-        rows: table with the column model.
-    """
+    """Return the models of a table in the order of legends, without the measurement."""
     order = [*LOOKS, *sorted(set(rows["model"]) - set(LOOKS))]
     return [name for name in order if name != "measured" and (rows["model"] == name).any()]
 
 
 def handle(model: str) -> Line2D:
-    """Return the legend entry of a model.
-
-    Args:
-        model: name of the model.
-    """
+    """Return the legend entry of a model."""
     style = look(model)
     line = Line2D([], [], color=style.colour, marker=style.marker, label=style.label)
     line.set(linestyle=style.line, linewidth=style.width)
@@ -91,15 +67,7 @@ def handle(model: str) -> Line2D:
 
 
 def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
-    """Draw the median over the repeats as a line, and the inner half of the repeats as a band.
-
-    Args:
-        axes: axes to draw in.
-        model: name of the model.
-        points: table with one row per repeat.
-        x: name of the column of the horizontal axis.
-        y: name of the column of the vertical axis.
-    """
+    """Draw the median over the repeats as a line, and the inner half of the repeats as a band."""
     style = look(model)
     quartiles = points.groupby(x)[y].quantile([0.25, 0.5, 0.75]).unstack()
     at = quartiles.index.to_numpy()
@@ -118,11 +86,7 @@ def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
 
 
 def plain_log(axes: Axes) -> None:
-    """Write round numbers instead of powers of ten beside a logarithmic axis of few decades.
-
-    Args:
-        axes: axes that are changed.
-    """
+    """Write round numbers instead of powers of ten beside a logarithmic axis of few decades."""
     low, high = axes.get_ylim()
     steps = (1.0, 2.0, 5.0) if high / low > 8.0 else tuple(range(1, 10))
     axes.yaxis.set_major_locator(LogLocator(subs=steps))

@@ -23,15 +23,7 @@ STALL = Patch(color=LABELS["stall"], label="stall")
 
 
 def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Panels]:
-    """Make one panel per cam: strokes H from bottom to top, rises beta from left to right, shared axes.
-
-    Args:
-        experiments: table of the experiments.
-        panel_height: height of a panel, in.
-
-    Returns:
-        Figure, and axes by stroke and rise.
-    """
+    """Make one panel per cam: strokes H from bottom to top, rises beta from left to right, shared axes."""
     strokes, rises = levels(experiments, "H")[::-1], levels(experiments, "beta")
     figure = new_figure(height=0.9 + panel_height * len(strokes))
     grid = figure.subplots(len(strokes), len(rises), sharex=True, sharey=True, squeeze=False)
@@ -45,14 +37,7 @@ def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Pa
 
 
 def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
-    """Make a `cam_grid` with axes for `cells`.
-
-    Args:
-        experiments: table of the experiments.
-
-    Returns:
-        Figure, and axes by stroke and rise.
-    """
+    """Make a `cam_grid` with axes for `cells`."""
     figure, panels = cam_grid(experiments, panel_height=1.25)
     masses = levels(experiments, "m")
     for axes in panels.values():
@@ -67,11 +52,7 @@ def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
 def edges(centres: Array) -> Array:
     """Return the borders between cells in increasing order.
 
-    Args:
-        centres: centres of the cells, shape (n,).
-
-    Returns:
-        Borders, shape (n + 1,).
+    Takes centres (n,); gives (n + 1,).
     """
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
@@ -84,15 +65,7 @@ def cells(
 ) -> QuadMesh:
     """Draw values as cells of a map, and grey cells where the bench stalls.
 
-    Args:
-        panels: axes made by `map_grid`.
-        experiments: table of the experiments.
-        values: values of the experiments, shape (experiments,); nan leaves a cell empty.
-        colours: colour map of matplotlib.
-        norm: range of the colours.
-
-    Returns:
-        Last mesh, for a colour bar.
+    Takes values (experiments,).
     """
     V, m = levels(experiments, "V"), levels(experiments, "m")
     table = experiments[["H", "beta", "m", "V"]].assign(
@@ -120,14 +93,7 @@ def cells(
 def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: str) -> Line2D:
     """Draw a voltage for every cam and mass as a line through the maps.
 
-    Args:
-        panels: axes made by `map_grid`.
-        boundary: table with the columns H, beta, m and Q (V); the line is broken at missing settings.
-        masses: masses of the rows of a map, kg, shape (rows,).
-        name: text of the legend entry.
-
-    Returns:
-        Legend entry.
+    Takes masses (rows,) in kg.
     """
     borders = edges(masses)
     heights = np.stack([borders[:-1], borders[1:]], axis=1).ravel()

@@ -59,37 +59,18 @@ class Archive:
             raise BadInput(f"{self.path}: no such file or folder")
 
     def names(self, pattern: str) -> list[str]:
-        """Return the members whose path ends with `pattern`, sorted.
-
-        Args:
-            pattern: path with the wildcards of a shell, `sys_id/*.csv` for instance.
-
-        Raises:
-            BadInput: when there is no such member.
-        """
+        """Return the members whose path ends with `pattern`, sorted."""
         found = [n for n in self.members if fnmatchcase(n, pattern) or fnmatchcase(n, f"*/{pattern}")]
         if not found:
             raise BadInput(f"{self.path}: holds no {pattern}")
         return found
 
     def where(self, name: str) -> str:
-        """Return the name of a member for error messages.
-
-        Args:
-            name: name of the member.
-        """
+        """Return the name of a member for error messages."""
         return f"{self.path}: {name}"
 
     def read(self, name: str, factor: float = OBJECTS) -> bytes:
-        """Return the content of a member.
-
-        Args:
-            name: name of the member.
-            factor: memory of the read member divided by its size.
-
-        Raises:
-            BadInput: when there is no such member, or it is too large or damaged.
-        """
+        """Return the content of a member."""
         if name not in self.members:
             raise BadInput(f"{self.path}: holds no {name}")
         try:
@@ -102,24 +83,11 @@ class Archive:
             raise BadInput(f"{self.where(name)}: cannot be read ({error})") from None
 
     def size(self, name: str) -> int:
-        """Return the size of a member after unpacking, bytes.
-
-        Args:
-            name: name of the member.
-        """
+        """Return the size of a member after unpacking, bytes."""
         return (self.path / name).stat().st_size if self._zip is None else self._zip.getinfo(name).file_size
 
     def cells(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
-        """Return columns of a CSV member as text.
-
-        Args:
-            name: name of the member.
-            columns: names of the wanted columns.
-            names: names of all columns, for a file without a header.
-
-        Raises:
-            BadInput: when the member is no table, has no rows, or lacks a column.
-        """
+        """Return columns of a CSV member as text."""
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error", pd.errors.ParserWarning)  # cells that would be left out
@@ -142,16 +110,7 @@ class Archive:
         return table[list(columns)]
 
     def table(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
-        """Return columns of a CSV member as numbers.
-
-        Args:
-            name: name of the member.
-            columns: names of the wanted columns.
-            names: names of all columns, for a file without a header; default: the header of the file.
-
-        Raises:
-            BadInput: if the member is missing or damaged, or a cell holds no number.
-        """
+        """Return columns of a CSV member as numbers."""
         cells = self.cells(name, columns, names)
         first = 2 if names is None else 1
         return pd.DataFrame({c: numbers(cells[c], f"{self.where(name)}", c, first) for c in columns})
@@ -160,18 +119,7 @@ class Archive:
 def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
     """Convert cells to numbers.
 
-    Args:
-        cells: texts of n cells.
-        where: file that the error message names.
-        column: column that the error message names.
-        first: row of the first cell in the file.
-
-    Returns:
-        Numbers, shape (n,).
-
-    Raises:
-        BadInput: when a cell is not a finite number, or larger than any measurement; the message names its
-            row.
+    Gives (n,).
     """
     values = np.asarray(pd.to_numeric(cells, errors="coerce"), np.float64)
     bad = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
@@ -182,14 +130,7 @@ def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
 
 
 def measured(value: object) -> float | None:
-    """Convert a value of a JSON file to a number (true is 1).
-
-    Args:
-        value: value of the file.
-
-    Returns:
-        Number; None if the value is not a number, or larger than any measurement.
-    """
+    """Convert a value of a JSON file to a number (true is 1)."""
     if not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
         return None
     return float(value)

@@ -78,15 +78,7 @@ class EmpsRecording:
 
 
 def read(path: Path) -> pd.DataFrame:
-    """Read the columns `COLUMNS` of one recording.
-
-    Args:
-        path: path of the MATLAB file.
-
-    Raises:
-        BadInput: when the file cannot be read, or a variable is missing, too large or not a column of finite
-            numbers; the message names file and variable.
-    """
+    """Read the columns `COLUMNS` of one recording."""
     check_file(path)
     if not path.is_file():
         raise BadInput(f"{path}: no such file")

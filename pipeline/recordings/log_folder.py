@@ -34,15 +34,7 @@ class Experiment:
 
 
 def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:
-    """Write a log folder; every log starts at t = 0.
-
-    Args:
-        folder: existing folder that is written into.
-        experiments: experiments with different ids.
-
-    Raises:
-        BadInput: when two experiments have the same id.
-    """
+    """Write a log folder; every log starts at t = 0."""
     ids = [one.id for one in experiments]
     if twice := [name for name in ids if ids.count(name) > 1]:
         raise BadInput(f"source.archive: two recordings are called {twice[0]}; keep one of them")
@@ -54,16 +46,7 @@ def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:
 
 
 def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]:
-    """Divide a recording into equally long parts; remaining samples at its end are dropped.
-
-    Args:
-        recording: samples of a file.
-        count: number of parts.
-        where: file that the error message names.
-
-    Raises:
-        BadInput: when `count` is not a whole number from 1 to the number of samples.
-    """
+    """Divide a recording into equally long parts; remaining samples at its end are dropped."""
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= len(recording):
         most = f"{len(recording)}, the samples of {where}"
         raise BadInput(f"source.parts: must be a whole number from 1 to {most}, got {count!r}")
@@ -74,15 +57,7 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
 def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where: str) -> pd.DataFrame:
     """Resample a recording on a uniform clock, for recordings with different sampling rates.
 
-    Args:
-        recording: column t (s) and signals.
-        period: sampling period of the uniform clock, s.
-        held: names of signals with jumps, which are interpolated linearly; other signals are interpolated by
-            cubic splines.
-        where: file that the error message names.
-
-    Raises:
-        BadInput: when time does not increase or has a gap, or the period is no number or far too short.
+    Takes period in s.
     """
     t = recording["t"].to_numpy()
     steps = np.diff(t)

@@ -49,12 +49,7 @@ class RawLogs(Archive):
         check_memory(path, NUMBERS * sum(map(self.size, self._logs.values())))
 
     def parameters(self) -> pd.DataFrame:
-        """Return the columns exp, H, beta, m and V, one row per experiment, sorted by exp.
-
-        Raises:
-            BadInput: on a missing column, a cell that is not a finite number, a duplicate or missing
-                experiment, or a log without a row.
-        """
+        """Return the columns exp, H, beta, m and V, one row per experiment, sorted by exp."""
         name = self._logs["parameters.csv"]
         table = self.table(name, ("exp", *FACTORS))
         return self._checked(table.astype({"exp": np.int32}), self.where(name))
@@ -75,15 +70,7 @@ class RawLogs(Archive):
     def log(self, exp: int) -> Array:
         """Return the validated log of an experiment.
 
-        Args:
-            exp: number of the experiment.
-
-        Returns:
-            Signals in the order of `ROWS`, shape (7, n).
-
-        Raises:
-            BadInput: when there is no such log, a row or cell is wrong, time does not increase or has a gap,
-                the sampling rate is wrong, the log is too short, or a sensor never changes.
+        Gives (7, n).
         """
         name = f"exp{exp}.csv"
         if name not in self._logs:
@@ -95,15 +82,7 @@ class RawLogs(Archive):
 def parse(text: bytes, where: str) -> Array:
     """Read the numbers of a seven-row CSV file.
 
-    Args:
-        text: content of the file.
-        where: file that the error message names.
-
-    Returns:
-        Signals in the order of `ROWS`, shape (7, n).
-
-    Raises:
-        BadInput: when the number of rows, the length of a row or a cell is wrong.
+    Gives (7, n).
     """
     lines = text.replace(b"\r", b"").rstrip(b"\n").split(b"\n")
     if len(lines) != len(ROWS):
@@ -134,16 +113,7 @@ def _first_bad_cell(lines: list[bytes]) -> str:
 def validate(log: Array, where: str) -> Array:
     """Check that the signals of a log are physically possible.
 
-    Args:
-        log: signals in the order of `ROWS`, shape (7, n).
-        where: file that the error message names.
-
-    Returns:
-        The same signals, shape (7, n).
-
-    Raises:
-        BadInput: when a number is not finite, time does not increase or has a gap, the sampling rate is
-            wrong, the log is too short, or a sensor never changes.
+    Takes log (7, n); gives (7, n).
     """
     bad = np.argwhere(~np.isfinite(log))
     if len(bad):

@@ -37,12 +37,7 @@ COLUMNS = ("Claim", "Page", "Dissertation", "Ours", "Verdict", "Protocol")
 
 
 def claims_table(id: str, claims: Sequence[dict[str, Any]]) -> Table:
-    """Return a table with one row per claim.
-
-    Args:
-        id: anchor of the table.
-        claims: claims with the keys `KEYS`.
-    """
+    """Return a table with one row per claim."""
     return Table(
         id,
         "Claims of the dissertation",

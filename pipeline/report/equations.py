@@ -32,14 +32,7 @@ ATTRIBUTES = {"display", "close", "open", "mathvariant"}
 
 
 def read_equations(path: Path) -> dict[str, Any]:
-    """Read a file with a chapter and rows of kind, text and mathml.
-
-    Args:
-        path: path of the JSON file.
-
-    Raises:
-        BadInput: when the file has another form, or a formula contains other elements than mathematics.
-    """
+    """Read a file with a chapter and rows of kind, text and mathml."""
     content = read_json(path)
     try:
         rows = [{key: str(row[key]) for key in ("kind", "text", "mathml")} for row in content["rows"]]

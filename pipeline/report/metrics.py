@@ -16,12 +16,7 @@ COLUMNS = ("Metric", "Value", "95 % interval", "Unit", "n", "Protocol")
 
 
 def metrics_table(id: str, content: dict[str, Any]) -> Table:
-    """Convert nested numbers to a table; a protocol of all numbers is written above the table.
-
-    Args:
-        id: anchor of the table.
-        content: content of the metrics file.
-    """
+    """Convert nested numbers to a table; a protocol of all numbers is written above the table."""
     general = content.get("protocol", "")
     rows = []
     for name, leaf, protocol in leaves({k: v for k, v in content.items() if k not in ABOUT}, general):
@@ -67,13 +62,7 @@ def _fits(value: Any) -> bool:
 def leaves(
     content: Any, protocol: str, name: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any, str]]:
-    """Yield name, number and protocol of every number; a plain number or word has no unit.
-
-    Args:
-        content: nested numbers.
-        protocol: protocol of numbers without their own protocol.
-        name: name of `content` within the file; default: the whole file.
-    """
+    """Yield name, number and protocol of every number; a plain number or word has no unit."""
     if not isinstance(content, dict):
         yield name, {"value": content}, protocol
     elif "value" in content:

@@ -220,11 +220,7 @@ class Contents:
 
 
 def pages(results: Results) -> list[Page]:
-    """Return the declared pages, and further pages for other chapters and for results without a chapter.
-
-    Args:
-        results: all results.
-    """
+    """Return the declared pages, and further pages for other chapters and for results without a chapter."""
     found = {figure.chapter for figure in results.figures} | {table.chapter for table in results.tables}
     found |= {row["chapter"] for row in results.claims} | {
         results.chapter_of(topic) for topic in results.metrics
@@ -253,12 +249,7 @@ def _leftovers(results: Results) -> list[Page]:
 
 
 def contents(page: Page, results: Results) -> Contents:
-    """Choose the content of a page.
-
-    Args:
-        page: page of the site.
-        results: all results.
-    """
+    """Choose the content of a page."""
 
     def here(chapter: int | None) -> bool:
         return chapter is not None and chapter == page.chapter

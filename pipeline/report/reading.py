@@ -48,21 +48,7 @@ def read(
     diagnoses: Path,
     executions: Path,
 ) -> Results:
-    """Read all existing results.
-
-    Args:
-        metrics: folder of metrics files.
-        claims: folder with <topic>/claims.json and <topic>/equations.json.
-        tables: folder of CSV tables with their descriptions.
-        figures: folder with figures.json.
-        provenance: folder with <campaign>/provenance.json.
-        runs: folder of fits.
-        diagnoses: folder of diagnoses.
-        executions: folder of the records of executed stages.
-
-    Raises:
-        BadInput: when a file cannot be used; the message names the file.
-    """
+    """Read all existing results."""
     return Results(
         _claims(claims),
         read_figures(figures) if (figures / "figures.json").exists() else [],

@@ -81,11 +81,7 @@ class Results:
     executions: list[Mapping[str, Any]] = field(default_factory=list)
 
     def chapter_of(self, topic: str) -> int | None:
-        """Return the chapter of a metrics file, from its content or its name.
-
-        Args:
-            topic: name of the metrics file.
-        """
+        """Return the chapter of a metrics file, from its content or its name."""
         match = re.fullmatch(r"chapter(\d+)", topic)
         chapter: int | None = self.metrics[topic].get("chapter", int(match[1]) if match else None)
         return chapter

@@ -17,11 +17,7 @@ SETTINGS = {"profile": "", "revision": "mono"}
 
 
 def stages_table(executions: Sequence[Execution]) -> Table:
-    """Return the duration of every stage, the longest first; cells of a stage are added up.
-
-    Args:
-        executions: records of executed stages.
-    """
+    """Return the duration of every stage, the longest first; cells of a stage are added up."""
     cells: dict[str, list[float]] = defaultdict(list)
     for execution in executions:
         cells[str(execution["stage"]).partition("@")[0]].append(execution["seconds"])
@@ -60,11 +56,7 @@ def _share(seconds: float, everything: float) -> Cell:
 
 
 def executions_table(executions: Sequence[Execution]) -> Table:
-    """Return the last execution of every cell of the graph, with a link to its configuration.
-
-    Args:
-        executions: records of executed stages.
-    """
+    """Return the last execution of every cell of the graph, with a link to its configuration."""
     keys = ("stage", "command", "seed", "seconds", "finished", "revision", "machine")
     rows = [
         (
@@ -89,11 +81,7 @@ def executions_table(executions: Sequence[Execution]) -> Table:
 
 
 def configuration_file(execution: Execution) -> str:
-    """Return the name of the file of an execution's configuration.
-
-    Args:
-        execution: record of an executed stage.
-    """
+    """Return the name of the file of an execution's configuration."""
     return f"{str(execution['stage']).replace('/', '_')}.txt"
 
 
@@ -102,11 +90,7 @@ def _moment(iso: str) -> str:
 
 
 def versions_table(executions: Sequence[Execution]) -> Table:
-    """Return the versions of packages and the machines of the executions.
-
-    Args:
-        executions: records of executed stages.
-    """
+    """Return the versions of packages and the machines of the executions."""
     counts = Counter(item for e in executions for item in e["versions"].items())
     counts.update(("machine", e["machine"]) for e in executions)
     rows = [
@@ -120,11 +104,7 @@ def versions_table(executions: Sequence[Execution]) -> Table:
 
 
 def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return one row per fit; the folders of a fit name its choices in conf/.
-
-    Args:
-        runs: content of fit.json by path of the fit.
-    """
+    """Return one row per fit; the folders of a fit name its choices in conf/."""
     columns = ("Mechanism", "Model", "Split", "Folds", "Repeats", "Seed", "Time (s)", "Parameters")
     rows = []
     for path, about in runs.items():
@@ -139,12 +119,7 @@ def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
 def campaigns_table(
     campaigns: Mapping[str, Mapping[str, Any]], shown_on: Mapping[str, tuple[str, str]]
 ) -> Table:
-    """Return the kind of the data of every campaign.
-
-    Args:
-        campaigns: provenance of the campaigns by name.
-        shown_on: label and address of the page with the results, by campaign.
-    """
+    """Return the kind of the data of every campaign."""
     rows = []
     for name, about in campaigns.items():
         label, address = shown_on.get(name, ("–", ""))
@@ -163,11 +138,7 @@ def campaigns_table(
 
 
 def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return data, profile and code of every metrics file.
-
-    Args:
-        metrics: content of the metrics files by name.
-    """
+    """Return data, profile and code of every metrics file."""
     rows = [
         (
             Cell(topic.replace("_", " "), topic),
@@ -187,11 +158,7 @@ def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def settings(metrics: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return the profiles and code revisions of the numbers from the graph.
-
-    Args:
-        metrics: content of the metrics files by name.
-    """
+    """Return the profiles and code revisions of the numbers from the graph."""
     made = [about for about in metrics.values() if about.get("profile", "-") != "-"]
     found = {key: sorted({str(about[key]) for about in made if about.get(key)}) for key in SETTINGS}
     return [f"{key} {', '.join(values)}" for key, values in found.items() if values]

@@ -54,10 +54,8 @@ class Site:
     record: dict[str, Table]
 
     def origin(self, page: Page) -> str:
-        """Return the kind of the data of a page: from its campaign, from its content, or from all campaigns.
-
-        Args:
-            page: page of the site.
+        """Return the kind of the data of a page: from its campaign, from its content, or from all
+        campaigns.
         """
         if page.campaign in self.results.campaigns:
             return str(self.results.campaigns[page.campaign]["data"])
@@ -67,28 +65,13 @@ class Site:
 
 
 def check_place(out: Path) -> None:
-    """Refuse a folder with other pages at the places of the site and its home page.
-
-    Args:
-        out: folder of the report.
-
-    Raises:
-        BadInput: when the folder `site` or the page index.html does not belong to an earlier report.
-    """
+    """Refuse a folder with other pages at the places of the site and its home page."""
     check_replaceable(out / "site")
     check_own_page(out / "index.html", GENERATOR, "site")
 
 
 def build(results: Results, out: Path) -> None:
-    """Write the site; equal results give equal bytes.
-
-    Args:
-        results: all results.
-        out: folder of the report.
-
-    Raises:
-        BadInput: when the folder cannot be written or contains other pages; the old site is kept.
-    """
+    """Write the site; equal results give equal bytes."""
     check_place(out)
     every = pages(results)
     shown = {page.id: contents(page, results) for page in every}
@@ -190,13 +173,7 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
 
 
 def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results) -> list[Entry]:
-    """Return the search entries of pages, figures, claims, tables, numbers and diagnoses.
-
-    Args:
-        every: pages of the site.
-        shown: content of the pages by id.
-        results: all results.
-    """
+    """Return the search entries of pages, figures, claims, tables, numbers and diagnoses."""
     found = [entry("page", page.title, f"{page.label} {page.summary}", page.file) for page in every]
     found += [entry("diagnosis", d.label, d.headline, d.file) for d in results.diagnoses]
     for page in every[1:]:

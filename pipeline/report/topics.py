@@ -64,12 +64,7 @@ class Answered:
 
 
 def answered(topic: Topic, results: Results) -> Answered:
-    """Choose the results that belong to a topic; results that do not exist are left out.
-
-    Args:
-        topic: topic.
-        results: all results.
-    """
+    """Choose the results that belong to a topic; results that do not exist are left out."""
     claims = claims_table(f"claims-{topic.id}", [row for row in results.claims if row["id"] in topic.claims])
     files = dict.fromkeys(name.partition(".")[0] for name in topic.numbers)
     numbers = [_numbers(topic, file, results.metrics[file]) for file in files if file in results.metrics]

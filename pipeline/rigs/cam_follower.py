@@ -261,16 +261,7 @@ class CamFollowerRig:
         Each source of scatter is seeded with `seed` and the factors that it belongs to (cam, assembly,
         experiment), so that a log does not depend on the other experiments.
 
-        Args:
-            H: stroke, m.
-            beta: angle of the rise, rad.
-            m: mass of the follower, kg.
-            V: motor voltage, V.
-            seed: seed of the campaign.
-
-        Returns:
-            Logged signals by name, each of shape (samples,): t (s), theta (rad, wrapped), omega (rad/s),
-            alpha (rad/s^2), y (m), h (m) and eps = y - h (m).
+        Takes H in m, beta in rad, m in kg, V in V; gives (samples,).
         """
         cam, assembly, own = (
             np.random.default_rng([seed, *(round(1e6 * value) for value in factors)])

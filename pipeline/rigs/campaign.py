@@ -75,11 +75,7 @@ def factorial(
 ) -> pd.DataFrame:
     """Return a full factorial of the settings; V varies fastest, exp counts from 1.
 
-    Args:
-        heights: strokes H, m.
-        skews: angles of the rise beta, rad.
-        masses: masses of the follower m, kg.
-        voltages: motor voltages V, V.
+    Takes heights in m, skews in rad, masses in kg, voltages in V.
     """
     table = pd.DataFrame(product(heights, skews, masses, voltages), columns=list(FACTORS), dtype=float)
     table.insert(0, "exp", range(1, len(table) + 1))
@@ -97,18 +93,6 @@ def write_campaign(
     """Simulate every experiment of a table, and write the campaign to a zip file.
 
     The file appears under its name only when it is complete. Its bytes do not depend on `workers`.
-
-    Args:
-        path: path of the zip file.
-        table: experiments, with the columns exp, H, beta, m and V.
-        rig: constants of the bench.
-        seed: seed of the campaign.
-        workers: number of processes; default 2.
-        progress: function that is called with the number of finished experiments and the number of all;
-            default: none.
-
-    Raises:
-        BadInput: when the disk is full or the folder cannot be written; `path` keeps its old content.
     """
     jobs: list[Job] = list(zip(*(table[name].tolist() for name in ("exp", *FACTORS)), strict=True))
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:

@@ -54,14 +54,7 @@ class Profiles:
     def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
         """Return the set-point of the current: zero before t = 0, the pulse until u1, then the ramp.
 
-        Args:
-            t: time, s, shape (n,).
-            u1: width of the pulse, s.
-            u2: level from which the ramp starts, A.
-            u3: slope of the ramp, A/s.
-
-        Returns:
-            Current, A, shape (n,).
+        Takes t (n,) in s, u1 in s, u2 in A, u3 in A/s; gives (n,) in A.
         """
         top = u1 + (self.highest - u2) / u3
         times = [0.0, _EDGE, u1, u1 + _EDGE, top]

@@ -32,11 +32,7 @@ class Setting:
     touch: Array
 
     def only(self, i: int) -> "Setting":
-        """Return the setting of one engagement, with arrays of shape (1,).
-
-        Args:
-            i: number of the engagement.
-        """
+        """Return the setting of one engagement, with arrays of shape (1,)."""
         one = slice(i, i + 1)
         return Setting(self.omega_m[one], self.brake[one], self.threshold[one], self.touch[one])
 
@@ -99,12 +95,7 @@ class ClutchRig:
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
         """Return the torque T_1 of the converter on the input shaft.
 
-        Args:
-            omega_1: speed of the input shaft, rad/s, shape (n,).
-            omega_m: speed of the motor, rad/s, shape (n,).
-
-        Returns:
-            Torque, N m, shape (n,).
+        Takes omega_1 (n,) in rad/s, omega_m (n,) in rad/s; gives (n,) in N m.
         """
         nu = omega_1 / omega_m
         return omega_m**2 * np.maximum(1.0, self.ratio - self.slope * nu) * self.C0 * (1.0 - nu**4)
@@ -112,14 +103,7 @@ class ClutchRig:
     def clutch(self, p: Array, z: Array, slip: Array, touch: Array) -> Array:
         """Return the torque T_c of the slipping clutch.
 
-        Args:
-            p: pressure, bar, shape (n,).
-            z: position of the piston, mm, shape (n,).
-            slip: difference of the speeds of the plates, rad/s, shape (n,).
-            touch: touch point of the plates, mm, shape (n,).
-
-        Returns:
-            Torque, N m, shape (n,).
+        Takes p (n,), z (n,), slip (n,) in rad/s, touch (n,); gives (n,) in N m.
         """
         z = np.clip(z, 0.0, self.z_M)
         x = np.clip(0.5 + (z - touch) / (2.0 * self.w_delta), 0.0, 1.0)
@@ -131,15 +115,7 @@ class ClutchRig:
     def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Flags) -> Array:
         """Return the time derivatives of the states.
 
-        Args:
-            x: states p (bar), p' (bar/s), z~ (mm), omega_1 and omega_2 (rad/s), shape (5, n).
-            u: current, A, shape (n,).
-            du: slope of the current, A/s, shape (n,).
-            setting: settings of the n engagements.
-            locked: whether the clutch is locked, shape (n,).
-
-        Returns:
-            Time derivatives, in the unit of the state per second, shape (5, n).
+        Takes x (5, n), u (n,) in A, du (n,) in A/s, locked (n,); gives (5, n).
         """
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
@@ -156,16 +132,7 @@ class ClutchRig:
     def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Flags) -> Array:
         """Integrate one Runge-Kutta step with a linear course of the current.
 
-        Args:
-            x: states of `rates`, shape (5, n).
-            u: current at the start of the step, A, shape (n,).
-            du: slope of the current, A/s, shape (n,).
-            h: length of the step, s.
-            setting: settings of the n engagements.
-            locked: whether the clutch is locked, shape (n,).
-
-        Returns:
-            States at the end of the step, shape (5, n).
+        Takes x (5, n), u (n,) in A, du (n,) in A/s, h in s, locked (n,); gives (5, n).
         """
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)

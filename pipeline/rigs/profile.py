@@ -23,16 +23,7 @@ def cam_spline(
     On a sharply concave cam this curve folds back; the roller then rests on the outermost branch, and the
     kink is smoothed.
 
-    Args:
-        H: stroke, m.
-        beta: angle of the rise, rad.
-        base: base radius, m.
-        roller: radius of the roller, m.
-        rounding: smoothing width of the curve, rad.
-
-    Returns:
-        Coefficients of cubic polynomials of the lift (m) over the angle (rad), highest power first, shape (4,
-        cells); polar moment (m^4) and first moments about two axes (m^3).
+    Takes H in m, beta in rad, base in m, roller in m, rounding in rad; gives (4, cells).
     """
     cells = 1440
     phi = np.linspace(-1.0, TURN + 1.0, 40 * cells)
@@ -58,9 +49,7 @@ def cam_spline(
 def profile(theta: float, spline: Array) -> tuple[float, float, float]:
     """Return the lift of the roller centre (m) and its first (m/rad) and second derivative (m/rad^2).
 
-    Args:
-        theta: angle of the cam, rad.
-        spline: coefficients of `cam_spline`, shape (4, cells).
+    Takes theta in rad, spline (4, cells).
     """
     width = 2.0 * np.pi / spline.shape[1]
     k = int((theta % (2.0 * np.pi)) / width) % spline.shape[1]

@@ -117,16 +117,14 @@ class SliderCrankRig:
     def spring(self, d: Any) -> Any:
         """Return the force of the spring towards the shaft, N.
 
-        Args:
-            d: distance of the slider, m; a number or an array of any shape.
+        Takes d (any shape).
         """
         return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
 
     def friction(self, v: float) -> float:
         """Return the friction force against the motion of the slider, N.
 
-        Args:
-            v: speed of the slider, m/s.
+        Takes v in m/s.
         """
         dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
         return dry * tanh(v / self.stick) + self.viscous * v
@@ -176,12 +174,7 @@ class SliderCrankRig:
         theta has the steps of the encoder and lies in [0, 2 pi). The drive computes omega from theta by
         central differences over two samples, including the steps.
 
-        Args:
-            true: signals of `simulate`, each of shape (samples,).
-            noise: random generator.
-
-        Returns:
-            Logged signals by name, each of shape (samples,): t (s), theta (rad), omega (rad/s) and T (N m).
+        Takes true (samples,); gives (samples,).
         """
         samples = len(true["t"])
         delay = self.jitter * np.append(0.0, noise.standard_normal(samples - 1))

@@ -53,11 +53,7 @@ class MotorBench:
     def efficiency(self, current: Array) -> Array:
         """Return the ratio of mechanical to electrical power.
 
-        Args:
-            current: armature current, A, shape (n,).
-
-        Returns:
-            Efficiency, 0 to 1, shape (n,).
+        Takes current (n,) in A; gives (n,).
         """
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)

@@ -19,14 +19,6 @@ def answers(
 ) -> Iterator[tuple[Path, dict[str, Any], dict[str, Any]]]:
     """Return the place <campaign>/<case>, the content of diagnosis.json and the table row (see `judged`) of
     every case.
-
-    Args:
-        cases: folder of campaigns of withheld cases, one kind per campaign.
-        diagnoses: folder written by `diagnose_withheld`.
-        refits: folder written by `refit_withheld`.
-
-    Raises:
-        BadInput: when an input is missing or damaged.
     """
     for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
         place = case.relative_to(cases)
@@ -35,16 +27,7 @@ def answers(
 
 
 def answer(case: Path, diagnosis: Path, refit: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the content of diagnosis.json and the table row (see `judged`) of a case.
-
-    Args:
-        case: folder of the case.
-        diagnosis: diagnosis of the case; the errors on its validation experiments lie beside it.
-        refit: refit of the case.
-
-    Raises:
-        BadInput: when an input is missing or damaged.
-    """
+    """Return the content of diagnosis.json and the table row (see `judged`) of a case."""
     said, truth, best = read_judged(diagnosis), read_truth(case / TRUTH), read_refit(refit)
     if len(best["oracle"]["seen"]) != len(truth["effects"]):
         raise BadInput(f"{refit}: oracle.seen: must have {len(truth['effects'])} entries, as many as planted")

@@ -27,12 +27,6 @@ def parameter_channels(system: System) -> dict[str, frozenset[str]]:
     at rest without this input, acts at this input, like a motor constant. Other parameters, such as masses,
     act at no channel.
 
-    Args:
-        system: system of the parameters.
-
-    Returns:
-        Names of ports and actuator:<input>, by parameter:<name>.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system

@@ -17,26 +17,12 @@ PROVENANCE = "provenance.json"
 
 
 def campaigns_in(folder: Path) -> list[Path]:
-    """Return the folders of campaigns, sorted.
-
-    Args:
-        folder: folder of all campaigns, or of parts with campaigns each.
-
-    Raises:
-        BadInput: when there is no campaign.
-    """
+    """Return the folders of campaigns, sorted."""
     return _found(folder, (f"*/{PROVENANCE}", f"*/*/{PROVENANCE}"), "campaign of withheld cases")
 
 
 def cases_in(campaign: Path) -> list[Path]:
-    """Return the folders of cases, sorted.
-
-    Args:
-        campaign: folder of the campaign.
-
-    Raises:
-        BadInput: when there is no case.
-    """
+    """Return the folders of cases, sorted."""
     return _found(campaign, (f"*/{SYSTEM}",), "withheld case")
 
 

@@ -54,12 +54,7 @@ class Planted:
 
     @classmethod
     def of(cls, row: Content, seen: bool) -> Planted:
-        """Read a planted effect.
-
-        Args:
-            row: row of truth.json.
-            seen: whether the oracle sees the effect.
-        """
+        """Read a planted effect."""
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
         part = row.get("factor"), row.get("level")
@@ -78,28 +73,17 @@ class Planted:
     def is_named(self, named: Content, acts_at: ActsAt) -> bool:
         """Tell whether a diagnosed effect names this effect, in whichever experiments the diagnosed effect
         acts.
-
-        Args:
-            named: effect of diagnosis.json.
-            acts_at: channels at which each parameter acts, see `parameter_channels`.
         """
         return any((named["family"], channel) in self.answers for channel in channels(named["port"], acts_at))
 
     def is_placed(self, named: Content) -> bool:
-        """Tell whether a diagnosed effect acts in the same experiments as this effect.
-
-        Args:
-            named: effect of diagnosis.json.
-        """
+        """Tell whether a diagnosed effect acts in the same experiments as this effect."""
         return (named.get("factor"), named.get("level")) == (self.factor, self.level)
 
 
 def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
-    """Yield a channel of diagnosis.json, and for a parameter also the channels at which the parameter acts.
-
-    Args:
-        port: channel of diagnosis.json.
-        acts_at: channels at which each parameter acts, see `parameter_channels`.
+    """Yield a channel of diagnosis.json, and for a parameter also the channels at which the
+    parameter acts.
     """
     yield port
     yield from acts_at.get(port, ())
@@ -251,26 +235,7 @@ class Case:
 def judged(
     truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt, validation: Content | None = None
 ) -> dict[str, Any]:
-    """Return a row of the table of cases.
-
-    Args:
-        truth: content of truth.json.
-        diagnosis: content of diagnosis.json.
-        refit: entries `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen)
-            and `sparse_regression` (family and channel of the largest term, or null).
-        acts_at: channels at which each parameter acts, see `parameter_channels`.
-        validation: errors of the models on experiments that no diagnosis reads, see `validated`; None: there
-            are no such experiments.
-
-    Returns:
-        Columns system, level, truth and said (texts), verdict and confidence; seen (whether the oracle sees
-        all planted effects, or the gap of an effect of no family); the answers of `Case` by name; set_size
-        (number of reported effects per named effect); shrink, oracle_shrink and network_shrink; sparse_first
-        (whether the largest term of a sparse regression is planted); material and material_named (numbers of
-        material effects, planted and named); intervals and covered (numbers of identified parameters with an
-        interval, and with an interval that contains the true value); harmful (whether the named effects do
-        not lower the error on the validation experiments; None if there is no such comparison).
-    """
+    """Return a row of the table of cases."""
     best = refit["oracle"]
     planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))
     outside = truth["verdict"] == OUTSIDE

@@ -46,11 +46,7 @@ class Known:
     level: float | str | None = None
 
     def candidates(self, system: System) -> Iterator[tuple[Effect, Place]]:
-        """Yield the variants of the family with all their places at this channel.
-
-        Args:
-            system: known physics.
-        """
+        """Yield the variants of the family with all their places at this channel."""
         acts_at = parameter_channels(system)
         for effect in effects():
             if effect.family != self.family:
@@ -97,10 +93,6 @@ def oracle(study: Study, known: Sequence[Known]) -> Oracle:
     Every variant of a family is fitted from starts over all its shapes; the variant with the smallest gap on
     the training experiments is kept. Of several effects, the effect that explains most is added first.
     Effects of families outside the library are left out.
-
-    Args:
-        study: known physics, logs and held-out experiments.
-        known: planted effects.
     """
     named = [effect for effect in known if any(effect.candidates(study.system))]
     refits = _Refits(FittedHypothesis.of(Hypothesis.known(study), study.recording))
@@ -190,11 +182,7 @@ class Judged:
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Judged:
-        """Assess a fitted model in windows that start at the measured states; see `deviation.gap`.
-
-        Args:
-            fitted: fitted model.
-        """
+        """Assess a fitted model in windows that start at the measured states; see `deviation.gap`."""
         study = fitted.hypothesis.study
         recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest, study.sensors)
         simulation = fitted.hypothesis.simulation(recording)
@@ -220,9 +208,6 @@ class Judged:
 
         The mean squared error of the other model must be lower by more than the square of a quarter of the
         floor, and by more than zero in 97.5 % of the bootstrap samples of the windows.
-
-        Args:
-            other: assessment of the other model, in the same windows.
         """
         rise = self.square - other.square
         drawn = np.random.default_rng(0).integers(0, len(rise), (DRAWS, len(rise)))

@@ -22,11 +22,6 @@ def write_limits(system: System, logs: Logs, path: Path) -> None:
 
     Inputs stay within their logged ranges and rates, and outputs within their logged ranges and a tenth more.
     The machine starts in the middle of its logged starts, at the conditions of the first run.
-
-    Args:
-        system: system of the case.
-        logs: logs of the case.
-        path: YAML file to write.
     """
     inside = np.setdiff1d(np.arange(len(logs.t) - 1), logs.offsets[1:-1] - 1)
     u = [as_logged(item, logs.u[:, k]) for k, item in enumerate(system.inputs)]

@@ -56,9 +56,6 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
       calibration: by verdict.
     - cost: seconds of a diagnosis, and the largest memory.
     - sparse_regression, network: the yardsticks; the latter: a network in every port, which names nothing.
-
-    Args:
-        cases: table of the cases.
     """
     kinds = {str(kind): group for kind, group in cases.groupby("kind")}
     seen = {kind: group[group["seen"]] for kind, group in kinds.items()}
@@ -91,11 +88,7 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the scores without costs as a table: one row per number, with its value on every machine.
-
-    Args:
-        cases: table of the cases.
-    """
+    """Return the scores without costs as a table: one row per number, with its value on every machine."""
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
     leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
@@ -116,11 +109,7 @@ def _leaves(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, di
 
 
 def single(cases: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves of cases with one effect: seen, top1, in_set, channel and set_size, see `scores`.
-
-    Args:
-        cases: table of the cases.
-    """
+    """Return the leaves of cases with one effect: seen, top1, in_set, channel and set_size, see `scores`."""
     seen = cases[cases["seen"]]
     sizes = seen.loc[seen["verdict"].isin(NAMING), "set_size"]
     return {
@@ -203,9 +192,6 @@ def calibration_error(cases: pd.DataFrame) -> dict[str, Any]:
     """Return the expected calibration error: the mean distance between confidence and share of right answers.
 
     The mean is taken over ten bins of the confidence, its interval by bootstrap.
-
-    Args:
-        cases: table of the cases.
     """
     confidence, right = cases["confidence"].to_numpy(np.float64), cases["right"].to_numpy(np.float64)
     rng = np.random.default_rng(0)
@@ -223,15 +209,7 @@ def _expected_error(confidence: Array, right: Array) -> float:
 
 
 def calibration(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the calibration curve.
-
-    Args:
-        cases: table of the cases.
-
-    Returns:
-        One row per bin of the confidence: mean confidence, share of right answers with its interval, number
-        of cases.
-    """
+    """Return the calibration curve."""
     bins = np.minimum((cases["confidence"] * BINS).astype(int), BINS - 1)
     rows = []
     for _, group in cases.groupby(bins):
@@ -242,11 +220,7 @@ def calibration(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def detection(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the shares of single effects that the oracle and the diagnosis find, by level of the effects.
-
-    Args:
-        cases: table of the cases.
-    """
+    """Return the shares of single effects that the oracle and the diagnosis find, by level of the effects."""
     single = cases[cases["kind"] == "single"]
     bins = np.clip(np.searchsorted(LEVELS, single["level"], "right") - 1, 0, len(LEVELS) - 2)
     rows = []
@@ -258,20 +232,12 @@ def detection(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def confusion(cases: pd.DataFrame) -> pd.DataFrame:
-    """Count the first named family (or the verdict) by planted family, for effects that the oracle sees.
-
-    Args:
-        cases: table of the cases.
-    """
+    """Count the first named family (or the verdict) by planted family, for effects that the oracle sees."""
     some = cases[cases["kind"].isin(["single", "local"]) & cases["seen"]]
     counts = some.groupby(["family", "first_family"]).size()
     return counts.rename("cases").reset_index()
 
 
 def misses(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the cases with a wrong answer, the most confident first.
-
-    Args:
-        cases: table of the cases.
-    """
+    """Return the cases with a wrong answer, the most confident first."""
     return cases.loc[~cases["right"], SHOWN].sort_values("confidence", ascending=False, kind="stable")

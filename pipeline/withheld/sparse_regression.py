@@ -54,9 +54,6 @@ def largest_term(study: Study) -> Term | None:
     A term is the influence of one unit of amplitude of a memoryless effect at a port or input on the rates of
     the velocities, with shapes on a grid. Uncertain parameters are fitted too, without penalty. The penalty
     of the terms is chosen by cross-validation over the training experiments (lasso).
-
-    Args:
-        study: known physics, logs and held-out experiments.
     """
     problem = _Problem.of(study)
     columns = [(term, column) for term, column in problem.columns() if np.std(column) > 0.0]

@@ -19,10 +19,6 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
 
     Numbers that differ between experiments are fitted to the first half of each; an effect in the order of
     the experiments acts as in the last diagnosed one. A gap is None where the model cannot be used.
-
-    Args:
-        diagnosis: diagnosis of other experiments of the same system.
-        folder: log folder with the columns of the diagnosed logs.
     """
     models = {"reidentified": diagnosis.reidentified.system, "augmented": augmented_system(diagnosis)}
     return {name: gap_on(system, folder, diagnosis.horizon) for name, system in models.items()}
@@ -31,10 +27,7 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
 def gap_on(system: System, folder: Path, horizon: float) -> float | None:
     """Return the gap of a model on experiments that it was not fitted to; None where it cannot be used.
 
-    Args:
-        system: system with its laws and numbers.
-        folder: log folder of the experiments.
-        horizon: length of the free-run windows, s.
+    Takes horizon in s.
     """
     try:
         logs = with_own_numbers(system, read_logs(folder, system), horizon)

@@ -1,4 +1,4 @@
-"""The docstring of every public function and class is complete: summary, parameters, shapes, result."""
+"""Docstrings: complete for what users meet and for protocols, else a summary with the shapes of arrays."""
 
 from __future__ import annotations
 
@@ -64,6 +64,17 @@ SECTION = re.compile(r"^(Args|Attributes|Examples|Raises|Returns|Yields):$", re.
 ENTRY = re.compile(r"^(\*{0,2}\w+)(?: \([^)]*\))?: *(.*)$")
 #: Stands in files of loops that numba compiles: the functions around them say what their arguments are.
 LOOPS = "# mypy: ignore-errors"
+#: What users meet: functions of verbs, the interface of `import unmodelled`, and the words of laws.
+FOR_USERS = ("unmodelled/api/", "unmodelled/cli/verbs/", "pipeline/stages/", "unmodelled/effects/effect.py")
+FOR_USERS += ("unmodelled/effects/law.py", "unmodelled/effects/place.py")
+NAMES = frozenset(re.findall(r"import (\w+) as \1", (ROOT / "unmodelled" / "__init__.py").read_text()))
+#: Functions and classes that a configuration names.
+TARGETS = frozenset(
+    target
+    for folder in ("conf", "unmodelled/conf")
+    for path in (ROOT / folder).rglob("*.yaml")
+    for target in re.findall(r"_target_: *([\w.]+)", path.read_text())
+)
 EVERY = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 FILES = [path for path in EVERY if LOOPS not in path.read_text()]
 
@@ -75,6 +86,18 @@ class Documented:
     name: str
     node: ast.FunctionDef | ast.ClassDef
     owner: ast.ClassDef | None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether it is for users or a protocol, so that all of it is described."""
+        names = [self.node.name] + ([] if self.owner is None else [self.owner.name])
+        module = self.name.partition(".py:")[0].replace("/", ".")
+        whole = ".".join([module, *reversed(names)])
+        named = bool({*names} & NAMES) or any(t == whole or whole.startswith(f"{t}.") for t in TARGETS)
+        protocol = any(
+            _is_protocol(each) for each in (self.node, self.owner) if isinstance(each, ast.ClassDef)
+        )
+        return named or protocol or self.name.startswith(FOR_USERS)
 
     @property
     def text(self) -> str:
@@ -118,6 +141,13 @@ class Documented:
             return {k: v for k, v in found.items() if not k.startswith("_") and k not in computed}
         inits = [n for n in self.node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__"]
         return _arguments(inits[0]) if inits else {}
+
+
+def _is_protocol(node: ast.ClassDef) -> bool:
+    bases = {ast.unparse(base).split(".")[-1].split("[")[0] for base in node.bases}
+    inside = (each for each in node.body if isinstance(each, ast.FunctionDef))
+    abstract = any("abstractmethod" in ast.unparse(d) for each in inside for d in each.decorator_list)
+    return abstract or bool(bases & {"ABC", "Protocol"})
 
 
 def _computed(field: ast.AnnAssign) -> bool:
@@ -175,6 +205,8 @@ def faults(found: Documented) -> list[str]:
     first = re.sub(r"\W", "", found.text.split()[0]).lower()
     if first in (FRAGMENTS if isinstance(found.node, ast.ClassDef) or found.is_property else NOT_VERBS):
         lines.append(f"{name}: the summary begins with {first!r}: begin with a verb, for a class with a noun")
+    if not found.is_complete and isinstance(found.node, ast.FunctionDef):
+        return [*lines, *_of_inside(found)]
     lines += [f"{name}: Args do not name {each}" for each in parameters if each not in said]
     if isinstance(found.node, ast.FunctionDef):
         lines += [
@@ -191,6 +223,18 @@ def faults(found: Documented) -> list[str]:
         told = found.text if found.is_property else found.section("Returns", "Yields")
         if not SHAPE.search(told):
             lines.append(f"{name}: Returns has no shape of the array")
+    return lines
+
+
+def _of_inside(found: Documented) -> list[str]:
+    """What is too much, or lacking, of a function that only the program uses."""
+    arrays = [each for each, kind in found.parameters().items() if ARRAYS.search(kind)]
+    returned = getattr(found.node, "returns", None)
+    lines = []
+    if found.section("Args", "Returns", "Yields", "Raises"):
+        lines.append(f"{found.name}: say what the name does not in a summary, with the shapes of arrays")
+    if (arrays or (returned is not None and ARRAYS.search(ast.unparse(returned)))) and "(" not in found.text:
+        lines.append(f"{found.name}: the docstring has no shape of its arrays")
     return lines
 
 
@@ -215,6 +259,8 @@ def pick(rows: Array, seed: int) -> Array:
     (node,) = ast.parse(text).body
     assert isinstance(node, ast.FunctionDef)
     lacking = "\n".join(faults(Documented("pick", node, None)))
+    assert "begins with 'of'" in lacking and "say what the name does not in a summary" in lacking
+    lacking = "\n".join(faults(Documented("unmodelled/api/draws.py: pick", node, None)))
     for part in (
         "begins with 'of'",
         "array rows has no shape",

@@ -57,11 +57,7 @@ class Campaign:
         return (self[i] for i in range(len(self)))
 
     def write(self, folder: Path) -> None:
-        """Write signals.parquet, experiments.parquet and provenance.json, all or none of them.
-
-        Args:
-            folder: folder to be written; replaced as a whole.
-        """
+        """Write signals.parquet, experiments.parquet and provenance.json, all or none of them."""
         import pyarrow as pa  # an optional library
 
         from unmodelled.base.parquet import write_parquet
@@ -76,15 +72,7 @@ class Campaign:
 
     @classmethod
     def read(cls, folder: Path, columns: list[str] | None = None) -> Campaign:
-        """Read what `write` wrote.
-
-        Args:
-            folder: folder of the campaign.
-            columns: names of the signals that are wanted; all unless given.
-
-        Raises:
-            BadInput: when a file is missing, damaged or the two tables disagree.
-        """
+        """Read what `write` wrote."""
         from unmodelled.base.parquet import read_arrow, read_parquet  # with pyarrow, an optional library
 
         experiments = read_parquet(folder / "experiments.parquet")

@@ -34,17 +34,7 @@ _ADVICE = "choose another with NUMBA_CACHE_DIR and HYBRID_DYNAMICS_CACHE"
 
 
 def check_private(folder: Path, within: Path | None = None) -> None:
-    """Refuse a cache folder that belongs to another user, or that other users may write to.
-
-    Args:
-        folder: path of an existing folder for compiled functions.
-        within: path of the parent folder, if it is trusted: its owner and its writers are then accepted for
-            `folder`, too; default None.
-
-    Raises:
-        BadInput: if the folder belongs to another user or other users may write to it; the message says what
-            to do.
-    """
+    """Refuse a cache folder that belongs to another user, or that other users may write to."""
     about = folder.stat()
     owners, writers = {os.getuid()}, about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
     if within is not None:
@@ -66,15 +56,7 @@ def check_private(folder: Path, within: Path | None = None) -> None:
 
 @cache  # once: afterwards this process alone writes there
 def remove_doubtful(folder: Path, endings: tuple[str, ...]) -> None:
-    """Remove files of a cache folder that another user owns or may write to, and links.
-
-    Args:
-        folder: path of a folder that `check_private` accepts; its writers may also write to its files.
-        endings: ends of the names of files that are executed when they are loaded.
-
-    Raises:
-        BadInput: if such a file cannot be removed.
-    """
+    """Remove files of a cache folder that another user owns or may write to, and links."""
     around = folder.stat()
     for entry in [entry for entry in os.scandir(folder) if entry.name.endswith(endings)]:
         try:
@@ -94,11 +76,7 @@ def remove_doubtful(folder: Path, endings: tuple[str, ...]) -> None:
 
 @cache
 def tell(line: str) -> None:
-    """Print a note once on standard error; worker processes print nothing.
-
-    Args:
-        line: text of the note, one line.
-    """
+    """Print a note once on standard error; worker processes print nothing."""
     if parent_process() is None:
         print(f"note: {line}", file=sys.stderr)
 
@@ -188,16 +166,7 @@ def _digest(room: Path) -> bytes:
 
 
 def kept(*signature: Any, **options: Any) -> Callable[[F], F]:
-    """Return a decorator that compiles a function like `numba.njit` and caches the result on disk.
-
-    Args:
-        *signature: numba signature to compile for at once; default none, so that each call compiles for its
-            types.
-        **options: options of `numba.njit`.
-
-    Returns:
-        Decorator of a Python function.
-    """
+    """Return a decorator that compiles a function like `numba.njit` and caches the result on disk."""
     # here, for numba forgets it when it compiles after a change of its variables of the environment
     numba.config.CACHE_LOCATOR_CLASSES = LOCATORS
 
@@ -220,12 +189,6 @@ def compiled(function: F) -> F:
     The compiler may not reorder floating-point sums: a compiled function is copied into each of its callers,
     and the copies must round alike. Otherwise a training that compiles and one that loads from the cache
     would give different digits.
-
-    Args:
-        function: Python function in the subset of the language that numba compiles.
-
-    Returns:
-        The compiled function, called like `function`.
 
     Examples:
         >>> @compiled

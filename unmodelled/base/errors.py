@@ -55,11 +55,7 @@ class Faults:
         self._lines: list[str] = []
 
     def add(self, line: str) -> None:
-        """Add a fault.
-
-        Args:
-            line: description of the fault, one line.
-        """
+        """Add a fault."""
         self._lines.append(line)
 
     @contextmanager
@@ -74,24 +70,13 @@ class Faults:
         return len(self._lines)
 
     def check(self) -> None:
-        """Refuse the input if faults were collected.
-
-        Raises:
-            BadInput: the first fault, with all others attached.
-        """
+        """Refuse the input if faults were collected."""
         if self._lines:
             raise BadInput(self._lines[0], self._lines[1:])
 
 
 def nearest(name: str, known: Collection[str]) -> str | None:
     """Return the known name that a misspelt name probably stands for.
-
-    Args:
-        name: name as the user wrote it; upper and lower case are treated alike.
-        known: valid names.
-
-    Returns:
-        The most similar valid name; None if none is similar.
 
     Examples:
         >>> nearest("Thetaa", ["theta", "omega"])
@@ -104,13 +89,6 @@ def nearest(name: str, known: Collection[str]) -> str | None:
 
 def closest(name: str, known: Collection[str]) -> str:
     """Return the end of an error message about an unknown name: the probable name, or all valid ones.
-
-    Args:
-        name: unknown name as the user wrote it.
-        known: valid names; of a long list the first ones are printed, and their number.
-
-    Returns:
-        Text to append to the error message; empty if there is nothing to suggest.
 
     Examples:
         >>> closest("omga", ["theta", "omega"])
@@ -129,9 +107,6 @@ def closest(name: str, known: Collection[str]) -> str:
 
 def printable(text: str) -> str:
     """Return a text with its control characters as escapes, so that a terminal shows it as it is.
-
-    Args:
-        text: text from a file, or a name of a file.
 
     Examples:
         >>> printable("arm\\x1b[2J")

@@ -14,16 +14,7 @@ _UNKNOWN = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 
 
 def exchange(one: Path, other: Path) -> bool:
-    """Exchange the names of two folders of one file system, and return whether the system can do that.
-
-    Args:
-        one: path of a folder.
-        other: path of a folder.
-
-    Raises:
-        FileNotFoundError: if one of the folders is missing.
-        OSError: if one of the names cannot be changed.
-    """
+    """Exchange the names of two folders of one file system, and return whether the system can do that."""
     rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if rename is None:
         return False

@@ -8,12 +8,6 @@ from importlib.metadata import requires
 def missing(error: ModuleNotFoundError) -> str | None:
     """Return the sentence about a library that is not installed, with the command that installs it.
 
-    Args:
-        error: error of the import.
-
-    Returns:
-        Text for an error message; None if the module belongs to no library that the package names.
-
     Examples:
         >>> missing(ModuleNotFoundError("No module named 'pyarrow'", name="pyarrow"))
         'pyarrow is not installed: pip install "pyarrow>=20"'

@@ -32,15 +32,6 @@ from unmodelled.base.ownership import (
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary file name beside `path`; rename the file to `path` if the block succeeds.
 
-    Args:
-        path: path of the file to write or replace; its folder is created if it is missing.
-
-    Yields:
-        Path of the temporary file, which the block writes.
-
-    Raises:
-        BadInput: if the disk is full or the folder cannot be written; `path` keeps its old content.
-
     Examples:
         >>> import tempfile
         >>> folder = Path(tempfile.mkdtemp())
@@ -66,9 +57,6 @@ def claim(path: Path) -> None:
     """Mark the output folder of the running verb as its own, before a file is written into it.
 
     `replacing` does this in the process of the verb. Call it before worker processes write the files.
-
-    Args:
-        path: path of a file that will be written in the output folder.
     """
     if (claimed := missing_marker(path)) is not None:
         marker, text = claimed
@@ -82,16 +70,6 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
     Only a folder that the same verb made is replaced (`check_replaceable`). A folder `.hydra` in `path` is
     kept. Temporary folders that killed runs left beside `path` are removed in the end.
-
-    Args:
-        path: path of the folder to write or replace.
-
-    Yields:
-        Path of the temporary folder, which the block fills.
-
-    Raises:
-        BadInput: if the disk is full, the folder cannot be written, or it holds files of another verb or of a
-            user; `path` keeps its old content.
     """
     temporary = _temporary(path)
     try:
@@ -113,15 +91,6 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 def extending_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary copy of the folder `path`, to which the block adds files; it replaces `path` as a
     whole.
-
-    Args:
-        path: path of the folder to extend; a missing folder is empty.
-
-    Yields:
-        Path of the temporary folder.
-
-    Raises:
-        BadInput: if `replacing_folder` would refuse.
     """
     with replacing_folder(path) as new:
         if path.is_dir():
@@ -136,14 +105,6 @@ def put_folder(new: Path, path: Path) -> None:
     Where the system cannot exchange two names in one step (other systems than Linux, some network drives),
     `path` can be missing after a kill; the old folder is then beside it under a hidden name until a later
     run succeeds. A folder `.hydra` in the old folder is kept.
-
-    Args:
-        new: path of the finished folder, in the same parent folder as `path`.
-        path: path of the folder to write or replace.
-
-    Raises:
-        BadInput: if `path` may not be replaced (`check_replaceable`).
-        OSError: if `path` cannot be renamed; it then keeps its old content.
     """
     check_replaceable(path, whole=True)
     mark(new, path)
@@ -189,16 +150,6 @@ def _remove(folder: Path) -> None:
 def hidden(path: Path, mark: str) -> Path:
     """Return a hidden name beside `path`, which git, DVC and searches for results ignore.
 
-    Args:
-        path: path of a file or folder.
-        mark: text that makes the hidden name unique.
-
-    Returns:
-        Path in the same folder, `.<name>.<mark>.tmp`.
-
-    Raises:
-        BadInput: if `path` is not a valid name for a file or folder.
-
     Examples:
         >>> hidden(Path("fits/model.json"), "7").as_posix()
         'fits/.model.json.7.tmp'
@@ -226,14 +177,6 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
 def write_json(path: Path, content: Any) -> None:
     """Write an object as indented JSON with sorted keys, so that equal results are equal files.
 
-    Args:
-        path: path of the file to write or replace.
-        content: object of dictionaries, lists, texts, finite numbers, booleans and None.
-
-    Raises:
-        BadInput: if the file cannot be written.
-        ValueError: if a number is not finite.
-
     Examples:
         >>> import tempfile
         >>> path = Path(tempfile.mkdtemp()) / "result.json"
@@ -251,17 +194,7 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file.
-
-    Args:
-        path: path of the file.
-
-    Returns:
-        Content of the file.
-
-    Raises:
-        BadInput: if the file is missing, too large or not JSON, or if a number in it is not finite.
-    """
+    """Read a JSON file."""
     check_file(path, OBJECTS)
     try:
         return json.loads(path.read_text(), parse_constant=_finite, parse_float=_finite, parse_int=_whole)

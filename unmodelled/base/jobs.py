@@ -28,18 +28,6 @@ def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] 
 
     A later call with the same `about` and the same program continues with the files of the killed run;
     otherwise the hidden folder is emptied first. Without such a restart use `replacing_folder`.
-
-    Args:
-        path: path of the folder to write or replace.
-        about: settings and inputs that determine the result, as JSON values.
-        code: paths of further folders of programs that determine the result; default none: the library alone.
-
-    Yields:
-        Path of the hidden folder, which the block fills.
-
-    Raises:
-        BadInput: if the folder cannot be written, another run works on it, or it holds files of another verb
-            or of a user.
     """
     growing = hidden(path, "growing")
     identity = {"about": json.loads(json.dumps(about)), "code": _code((LIBRARY, *code))}
@@ -97,15 +85,6 @@ def run_jobs(jobs: Mapping[str, Callable[[], object]], workers: int, description
     process.
 
     If a job fails, the others are still run.
-
-    Args:
-        jobs: functions by name; each is picklable and has no arguments (`functools.partial` of a module's
-            function).
-        workers: largest number of worker processes.
-        description: text of the progress bar.
-
-    Raises:
-        Exception: exception of the first job that failed, with the job's name as a note.
     """
     failed: list[Exception] = []
     with Counter(len(jobs), description) as counter:

@@ -16,15 +16,7 @@ from unmodelled.base.ownership import ON_ITS_WAY
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Hold a lock on a file or folder; the operating system releases it if the process is killed.
-
-    Args:
-        path: path of an existing file or folder.
-
-    Raises:
-        BlockingIOError: if another process holds it.
-        OSError: if the file system knows no locks.
-    """
+    """Hold a lock on a file or folder; the operating system releases it if the process is killed."""
     opened = os.open(path, os.O_RDONLY)
     try:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -34,11 +26,7 @@ def locked(path: Path) -> Iterator[None]:
 
 
 def remove_leftovers(path: Path) -> None:
-    """Remove the hidden folders that killed runs left beside the folder `path` (`files.replacing_folder`).
-
-    Args:
-        path: path of a folder of results.
-    """
+    """Remove the hidden folders that killed runs left beside the folder `path` (`files.replacing_folder`)."""
     with suppress(OSError):
         for found in path.parent.iterdir():
             match = ON_ITS_WAY.fullmatch(found.name)
@@ -50,9 +38,6 @@ def remove_abandoned(path: Path) -> bool:
     """Remove an unfinished result whose process is gone, and return whether that was so.
 
     A folder is also locked while it is written: in a container, equal numbers name different processes.
-
-    Args:
-        path: path with a name as `ownership.ON_ITS_WAY` describes it.
     """
     match = ON_ITS_WAY.fullmatch(path.name)
     writer = int(match[2]) if match else os.getpid()

@@ -42,13 +42,6 @@ def check_file(path: Path, factor: float = 1.0) -> None:
     """Refuse a file that is endless or too large for the free memory, before it is opened.
 
     A missing file is not refused here: opening it gives the better message.
-
-    Args:
-        path: path of a file, or of a link to one.
-        factor: bytes in memory per byte of the file; default 1.
-
-    Raises:
-        BadInput: if `path` is a pipe, a device or a socket, or if its content takes too much memory.
     """
     try:
         about = path.stat()
@@ -62,13 +55,6 @@ def check_file(path: Path, factor: float = 1.0) -> None:
 
 def check_memory(what: Path | str, needed: float) -> None:
     """Refuse content that takes more than a quarter of the free memory.
-
-    Args:
-        what: file, or place in a file, for the message.
-        needed: memory that the content takes, in bytes; up to 4 MB are always allowed.
-
-    Raises:
-        BadInput: if too much memory is needed; the message gives both numbers and what to do.
 
     Examples:
         >>> check_memory("run1.csv", 1e6)
@@ -87,11 +73,7 @@ def check_memory(what: Path | str, needed: float) -> None:
 
 
 def fits(needed: float) -> bool:
-    """Return whether content takes at most a quarter of the free memory, or 4 MB.
-
-    Args:
-        needed: memory that the content takes, in bytes.
-    """
+    """Return whether content takes at most a quarter of the free memory, or 4 MB."""
     return needed <= ALWAYS or needed <= _allowed(available())
 
 
@@ -101,9 +83,6 @@ def limited_process(seconds: float) -> Iterator[None]:
 
     Meant for a worker process that reads files. Beyond the memory Python raises MemoryError; at the end of
     the time the process ends.
-
-    Args:
-        seconds: processor time of the block, s; see `limit_time`.
     """
     _limit_memory()
     limit_time(seconds)
@@ -114,11 +93,7 @@ def limited_process(seconds: float) -> Iterator[None]:
 
 
 def limit_time(seconds: float) -> None:
-    """End this process after some processor time, and after `WAITING` times as long on the clock.
-
-    Args:
-        seconds: processor time from now on, s; 0 removes the limits.
-    """
+    """End this process after some processor time, and after `WAITING` times as long on the clock."""
     signal.setitimer(signal.ITIMER_PROF, seconds)
     signal.setitimer(signal.ITIMER_REAL, WAITING * seconds)
 

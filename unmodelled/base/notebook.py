@@ -9,13 +9,7 @@ import pandas as pd
 
 
 def shown(title: str, lines: Iterable[str], tables: Mapping[str, pd.DataFrame]) -> str:
-    """Return a result as HTML: a heading, sentences, and tables with their captions.
-
-    Args:
-        title: heading, plain text.
-        lines: sentences, plain text, a paragraph each.
-        tables: tables by their captions; those without rows are left out.
-    """
+    """Return a result as HTML: a heading, sentences, and tables with their captions."""
     parts = [f"<h4>{escape(title)}</h4>", *(f"<p>{escape(line)}</p>" for line in lines)]
     for caption, table in tables.items():
         if len(table):

@@ -76,14 +76,6 @@ def verb(
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator that makes a function a verb: an `out` that would overwrite foreign files is refused
     first.
-
-    Args:
-        out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
-        inside: names of input arguments that `out` may lie inside; default none.
-        beside: names of input arguments into which `out` may be written; default none.
-
-    Returns:
-        Decorator of a function whose paths are annotated with `Path`.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -112,11 +104,8 @@ def verb(
 
 
 def _check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuse an argument that a configuration file of another kind made, such as a model of another machine.
-
-    Args:
-        function: verb; only arguments annotated with a dataclass are checked.
-        given: arguments by name; None, which the command line refuses, is not checked.
+    """Refuse an argument that a configuration file of another kind made, such as a model of another
+    machine.
     """
     for name, value in given.items():
         kind = function.__globals__.get(str(function.__annotations__.get(name)))
@@ -144,15 +133,6 @@ def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
 
     Results that are saved from Python so get the same refusals and the same `MARKER` as those of the command
     line, and either may replace the other's folder.
-
-    Args:
-        verb: name of the verb whose results are written.
-        out: folder that is new, empty or was made by this verb.
-        sources: files and folders from which the results were computed, by their names in a message; "" for
-            what was in memory only.
-
-    Raises:
-        BadInput: when `out` is, holds or lies inside an input, or another verb or none made it.
     """
     if _RUNNING.get() is not _NONE:
         yield
@@ -167,26 +147,12 @@ def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
 
 
 def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:
-    """Return the names of the arguments of a verb that are paths.
-
-    Args:
-        parameters: parameters of the verb, from `inspect.signature`.
-
-    Returns:
-        Names of the parameters annotated with `Path`.
-    """
+    """Return the names of the arguments of a verb that are paths."""
     return [name for name, p in parameters.items() if str(p.annotation).split(" | ")[0] == "Path"]
 
 
 def check_writable(path: Path) -> None:
-    """Refuse an output that cannot be written, before any work is done.
-
-    Args:
-        path: path of a file or folder to write.
-
-    Raises:
-        BadInput: if `path` would lie below a file, or in a folder without write permission.
-    """
+    """Refuse an output that cannot be written, before any work is done."""
     try:
         there = next(p for p in (path, *path.absolute().parents) if p.exists())
     except OSError as error:
@@ -211,14 +177,7 @@ def _check_out(path: Path, kind: Out) -> None:
 
 
 def check_named(path: Path) -> None:
-    """Refuse a path that is not a valid name for a file or folder.
-
-    Args:
-        path: path of a file or folder to write.
-
-    Raises:
-        BadInput: if the last part of the path is empty or "..", or if the path holds a null character.
-    """
+    """Refuse a path that is not a valid name for a file or folder."""
     if path.name in ("", "..") or "\0" in str(path):
         raise BadInput(
             f"{str(path)!r}: is no valid name for a file or a folder to be written: give another name"
@@ -226,15 +185,7 @@ def check_named(path: Path) -> None:
 
 
 def check_name(key: str, path: Path) -> None:
-    """Refuse a path that the file system rejects, or that lies in a folder without access.
-
-    Args:
-        key: name of the argument, for the message.
-        path: path to check.
-
-    Raises:
-        BadInput: if the path is too long or cannot be looked up; the message names the argument.
-    """
+    """Refuse a path that the file system rejects, or that lies in a folder without access."""
     try:
         path.exists()
     except OSError as error:
@@ -242,16 +193,7 @@ def check_name(key: str, path: Path) -> None:
 
 
 def check_replaceable(path: Path, whole: bool = False) -> None:
-    """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty.
-
-    Args:
-        path: path of the folder to write or replace.
-        whole: whether all files in the folder will be removed; default: no.
-
-    Raises:
-        BadInput: if `path` is a link or a file; is, contains or lies inside an input of the verb; was made by
-            another verb or by a user; or holds a file that its verb did not write, or may not have written.
-    """
+    """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty."""
     if _on_its_way(path):
         return
     if path.is_symlink():
@@ -308,12 +250,7 @@ def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
 
 
 def mark(new: Path, path: Path) -> None:
-    """Write into a new folder which verb made it and which files it holds.
-
-    Args:
-        new: path of the new folder, under its temporary name.
-        path: path of the folder that it will replace.
-    """
+    """Write into a new folder which verb made it and which files it holds."""
     if not _on_its_way(path):
         (new / MARKER).write_text(_text({"made_by": _RUNNING.get().verb, "files": sorted(_files_in(new))}))
 
@@ -322,13 +259,6 @@ def missing_marker(path: Path) -> tuple[Path, str] | None:
     """Return the marker that the output folder of the running verb lacks.
 
     The marker lists no files, because a verb that writes single files into its folder removes none.
-
-    Args:
-        path: path of a file that will be written.
-
-    Returns:
-        Path and text of the marker; None if `path` lies outside the output folder, or if the folder has its
-        marker.
     """
     running = _RUNNING.get()
     if running.own is None or running.own not in path.absolute().parents or path.name == MARKER:

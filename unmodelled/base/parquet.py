@@ -22,28 +22,14 @@ _TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
 def write_parquet(
     table: pd.DataFrame | pa.Table, path: Path, dictionary: bool | Sequence[str] = True
 ) -> None:
-    """Write a table as a compressed Parquet file with checksums.
-
-    Args:
-        table: table to write; the index of a DataFrame is dropped.
-        path: path of the file, overwritten.
-        dictionary: names of the columns stored as dictionaries of their distinct values; True (default): all
-            columns.
-    """
+    """Write a table as a compressed Parquet file with checksums."""
     if isinstance(table, pd.DataFrame):
         table = pa.Table.from_pandas(table, preserve_index=False)
     pq.write_table(table, path, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
 
 
 def column_names(path: Path) -> list[str]:
-    """Return the names of the columns of a Parquet file.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: if the file is damaged or not a Parquet file.
-    """
+    """Return the names of the columns of a Parquet file."""
     try:
         return list(pq.read_schema(path).names)
     except (pa.ArrowException, OSError) as error:
@@ -51,19 +37,7 @@ def column_names(path: Path) -> list[str]:
 
 
 def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """Read a Parquet file as an Arrow table.
-
-    Args:
-        path: path of the file.
-        columns: names of the columns to read; default None: all columns.
-
-    Returns:
-        Table of the columns, in the order of `columns` or of the file.
-
-    Raises:
-        BadInput: if the file is missing, damaged or not a Parquet file, lacks a column, or takes more memory
-            than `check_memory` allows (a file of some kB can hold any number of equal cells).
-    """
+    """Read a Parquet file as an Arrow table."""
     check_file(path)
     wanted = None if columns is None else list(columns)
     try:
@@ -113,17 +87,6 @@ def _with_texts(path: Path, table: pa.Table, schema: pa.Schema) -> pa.Table:
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
     """Read a Parquet file as a DataFrame.
-
-    Args:
-        path: path of the file.
-        columns: names of the columns to read; default None: all columns.
-
-    Returns:
-        Table of the columns, with a new index 0, 1, 2, ...
-
-    Raises:
-        BadInput: if the file is missing, damaged or not a Parquet file, lacks a column, takes more memory
-            than `check_memory` allows, or has no form as a DataFrame.
 
     Examples:
         >>> import tempfile

@@ -25,12 +25,7 @@ INTERVAL, OFTEN = 15.0, 1.0
 
 
 def mode() -> Mode:
-    """Return how progress is shown, from the environment variable EXP_PROGRESS and the kind of terminal.
-
-    Returns:
-        "quiet" in a worker process or on request, "rich" (bars) on a terminal, otherwise "plain" or "verbose"
-        (lines).
-    """
+    """Return how progress is shown, from the environment variable EXP_PROGRESS and the kind of terminal."""
     chosen = os.environ.get(VARIABLE, "")
     if parent_process() is not None or chosen == "quiet":
         return "quiet"
@@ -40,11 +35,7 @@ def mode() -> Mode:
 
 
 def say(what: str) -> None:
-    """Print the current step on standard error, unless progress is quiet.
-
-    Args:
-        what: description of the step, without a full stop.
-    """
+    """Print the current step on standard error, unless progress is quiet."""
     if mode() != "quiet":
         _print(f"{what} ...")
 
@@ -79,11 +70,7 @@ class Counter:
             _Bars.remove(self._task)
 
     def update(self, done: int) -> None:
-        """Show a new number of finished items.
-
-        Args:
-            done: number of finished items, 0 to `total`.
-        """
+        """Show a new number of finished items."""
         now = time.monotonic()
         if self._task is not None:
             _Bars.update(self._task, done)
@@ -98,14 +85,6 @@ class Counter:
 
 def track(items: Iterable[T], total: int, description: str) -> Iterator[T]:
     """Iterate over items and show the progress.
-
-    Args:
-        items: items to iterate over.
-        total: number of items.
-        description: text of the progress bar.
-
-    Yields:
-        Each item.
 
     Examples:
         >>> [k**2 for k in track(range(3), 3, "squaring")]

@@ -22,19 +22,7 @@ _NAMES: dict[Any, str] = {
 
 
 def read_shaped(path: Path, shape: Shape) -> Any:
-    """Read a JSON file and check its structure.
-
-    Args:
-        path: path of the file.
-        shape: expected structure; see `Shape`.
-
-    Returns:
-        Content of the file.
-
-    Raises:
-        BadInput: if the file is missing or not JSON, or if its structure differs; the message names the
-            place.
-    """
+    """Read a JSON file and check its structure."""
     content = read_json(path)
     check_shape(path, content, shape)
     return content
@@ -42,14 +30,6 @@ def read_shaped(path: Path, shape: Shape) -> Any:
 
 def check_shape(path: Path, content: Any, shape: Shape) -> None:
     """Refuse the content of a JSON file if its structure differs from the expected one.
-
-    Args:
-        path: path of the file, for the message.
-        content: content of the file.
-        shape: expected structure; see `Shape`.
-
-    Raises:
-        BadInput: if the structure differs; the message names the place.
 
     Examples:
         >>> check_shape(Path("fit.json"), {"rmse": [0.1, 0.2]}, {"rmse": [float]})

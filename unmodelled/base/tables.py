@@ -16,13 +16,6 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table of results as `path`.parquet, or as `path`.csv if pyarrow is not installed.
 
     Numbers keep every digit in both formats.
-
-    Args:
-        table: table to write; its index is dropped.
-        path: path of the file without its suffix, overwritten.
-
-    Raises:
-        BadInput: if the file cannot be written.
     """
     try:
         from unmodelled.base.parquet import write_parquet
@@ -35,15 +28,7 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def read_table(path: Path, texts: Sequence[str]) -> pd.DataFrame:
-    """Read a table that `write_table` wrote.
-
-    Args:
-        path: path of the file without its suffix.
-        texts: names of columns that hold texts; a CSV file does not tell the text 1 from the number 1.
-
-    Raises:
-        BadInput: if the file is missing or damaged.
-    """
+    """Read a table that `write_table` wrote."""
     plain = path.with_name(f"{path.name}.csv")
     if not plain.exists():
         from unmodelled.base.parquet import read_parquet

@@ -18,10 +18,6 @@ PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 def law_name(family: str, variant: str = "") -> str:
     """Return family and variant of an effect in words; a variant may be a formula.
 
-    Args:
-        family: name of the family.
-        variant: name of the variant, or a formula; default: the plain form.
-
     Examples:
         >>> law_name("coulomb_friction", "by_direction"), law_name("hysteresis", "bouc_wen")
         ('Coulomb friction (by direction)', 'hysteresis (Bouc-Wen)')
@@ -39,9 +35,6 @@ def law_name(family: str, variant: str = "") -> str:
 def place_name(channel: str) -> str:
     """Return a channel in words.
 
-    Args:
-        channel: name of a channel in diagnosis.json.
-
     Examples:
         >>> place_name("actuator:u"), place_name("rail")
         ('input u', 'rail')
@@ -53,10 +46,6 @@ def place_name(channel: str) -> str:
 def level_name(factor: str, level: float | str | None) -> str:
     """Return an entry in a column of experiments.csv in words.
 
-    Args:
-        factor: name of the column.
-        level: the entry.
-
     Examples:
         >>> level_name("load", 1.0), level_name("oil", "old")
         ('load is 1', 'oil is old')
@@ -65,11 +54,7 @@ def level_name(factor: str, level: float | str | None) -> str:
 
 
 def number(value: Any) -> str:
-    """Format a number with four significant digits, or a whole number in full.
-
-    Args:
-        value: number or text; None and numbers that are not finite are shown as a dash.
-    """
+    """Format a number with four significant digits, or a whole number in full."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -95,11 +80,6 @@ def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
 
     Number and unit stay on one line.
 
-    Args:
-        values: quantities, in `unit`.
-        unit: unit as in a system file.
-        digits: significant digits, default 2.
-
     Examples:
         >>> amounts([0.014, 0.0002], "m")
         ['14\xa0mm', '0.2\xa0mm']
@@ -115,14 +95,7 @@ def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
 
 
 def unit_text(unit: str | None) -> str:
-    """Format a unit with raised exponents.
-
-    Args:
-        unit: unit as in a system file, such as `kg*m^2`; None if there is none.
-
-    Returns:
-        Formatted unit; empty for a number without unit.
-    """
+    """Format a unit with raised exponents."""
     if unit in (None, "", "-", "1"):
         return ""
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), str(unit))
@@ -130,11 +103,6 @@ def unit_text(unit: str | None) -> str:
 
 def part_of(part: float, whole: float, unit: str) -> str:
     r"""Format a part of a whole, both with the digits that the smaller one needs.
-
-    Args:
-        part: part, in `unit`.
-        whole: whole, in `unit`, positive.
-        unit: unit as in a system file.
 
     Examples:
         >>> part_of(3.57, 5.0, "kg"), part_of(0.018, 0.05, "kg m^2")

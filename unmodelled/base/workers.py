@@ -52,12 +52,6 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
 
     The start method is the one chosen by `multiprocessing.set_start_method`, otherwise "spawn": a forked
     process has none of the threads of its parent and may wait for them forever.
-
-    Args:
-        workers: number of processes.
-
-    Yields:
-        Pool that accepts jobs by `submit`; an interruption kills its processes.
     """
     context = get_context(get_start_method(allow_none=True) or "spawn")
     resource_tracker.ensure_running()  # would undo the mask of the first process
@@ -68,12 +62,6 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
 @contextmanager
 def threads_of(workers: int) -> Iterator[ThreadPoolExecutor]:
     """Yield a pool of threads of this process.
-
-    Args:
-        workers: number of threads.
-
-    Yields:
-        Pool that accepts jobs by `submit`; an interruption cancels the jobs that have not started.
 
     Examples:
         >>> with threads_of(2) as pool:
@@ -158,9 +146,6 @@ def leave(code: int) -> NoReturn:
 
     Then threads are not waited for. Python would also end by the signal, not by the exit code, if the
     interruption came within the `exec` of a string, which makes every dataclass.
-
-    Args:
-        code: exit code of the process.
     """
     ignore_interruptions()
     if code in [128 + number for number in SIGNALS]:
@@ -171,11 +156,7 @@ def leave(code: int) -> NoReturn:
 
 
 def end_with_parent(number: int) -> None:
-    """Make Linux send a signal to this process when its parent ends; other systems are left alone.
-
-    Args:
-        number: number of the signal, such as `signal.SIGTERM`.
-    """
+    """Make Linux send a signal to this process when its parent ends; other systems are left alone."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
 

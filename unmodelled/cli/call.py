@@ -32,17 +32,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 
 def call(program: Program, config: DictConfig) -> Any:
-    """Call the verb that a configuration names, and return its result, which a sweeper may minimise.
-
-    Args:
-        program: program of the command line.
-        config: configuration of the job that Hydra runs.
-
-    Raises:
-        SystemExit: when the verb fails in a single run: code 2 on bad input, code 1 on a fault of the
-            program.
-        BadInput: when the input is bad in a run of a sweep.
-    """
+    """Call the verb that a configuration names, and return its result, which a sweeper may minimise."""
     try:
         return _called(program, config)
     except Exception as error:

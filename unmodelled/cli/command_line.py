@@ -47,15 +47,7 @@ FORMS = {
 
 
 def main(program: Program, arguments: list[str]) -> int:
-    """Run one verb.
-
-    Args:
-        program: program of the command line.
-        arguments: words of the command line after the name of the program.
-
-    Returns:
-        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted, 143 ended by SIGTERM.
-    """
+    """Run one verb."""
     try:
         return _main(program, arguments)
     except BaseException as error:
@@ -66,11 +58,7 @@ def main(program: Program, arguments: list[str]) -> int:
 
 
 def run(program: Program) -> None:
-    """Run the command line of the current process, and end the process with the exit code.
-
-    Args:
-        program: program of the command line.
-    """
+    """Run the command line of the current process, and end the process with the exit code."""
     workers.limit_threads()
     workers.heed_interruptions()
     if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal without Unicode shows what it can

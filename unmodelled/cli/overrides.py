@@ -32,15 +32,7 @@ INSTEAD = {"str": "", "Path": "", "int": -1, "float": -1.0, "list[str]": [""], "
 
 
 def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
-    """Check the keys of the stage that `config` names, and resolve it; those that are paths as such.
-
-    Args:
-        config: configuration of the job that Hydra runs.
-        program: program that runs it.
-
-    Raises:
-        BadInput: one line that names the key.
-    """
+    """Check the keys of the stage that `config` names, and resolve it; those that are paths as such."""
     given = inspect.signature(get_method(config["_target_"])).parameters
     if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
         raise BadInput(f"unknown key {unknown[0]!r}{closest(unknown[0], given)}")
@@ -63,16 +55,7 @@ def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
 
 
 def check_words(program: Program, verb: str, words: Sequence[str]) -> None:
-    """Refuse words of a command line that are neither key=value nor an option.
-
-    Args:
-        program: program that is run.
-        verb: name of the verb that they are given to.
-        words: words of the command line after the verb.
-
-    Raises:
-        BadInput: one line for every such word.
-    """
+    """Refuse words of a command line that are neither key=value nor an option."""
     said = StringIO()
     try:
         with redirect_stderr(said):
@@ -113,12 +96,7 @@ def _check_word(program: Program, verb: str, word: str) -> None:
 
 
 def quoted(name: str, text: str) -> str:
-    """Return a word of a command line that gives a key any text: in quotes for Hydra, and for the shell.
-
-    Args:
-        name: key of a verb.
-        text: value of the key.
-    """
+    """Return a word of a command line that gives a key any text: in quotes for Hydra, and for the shell."""
     word = f"{name}='{_escaped(text)}'"
     return shlex.quote(word) if set('"$`\\!') & set(word) else f'"{word}"'
 
@@ -133,14 +111,7 @@ def _all_keys(program: Program, verb: str) -> str:
 
 
 def explained(error: Exception, program: Program, verb: str, words: Sequence[str]) -> str:
-    """Return on one line what is wrong with a command line that Hydra refuses.
-
-    Args:
-        error: error that Hydra raised.
-        program: program that was run.
-        verb: name of the verb whose configuration the error is about.
-        words: words of the command line after the verb.
-    """
+    """Return on one line what is wrong with a command line that Hydra refuses."""
     text = " ".join(str(error).split())
     if isinstance(error, MissingConfigException) and error.options and error.missing_cfg_file:
         group, _, choice = error.missing_cfg_file.rpartition("/")
@@ -190,16 +161,7 @@ def _dotted(node: Any, place: str) -> Iterator[str]:
 
 
 def check_overrides(config: DictConfig, program: Program, kinds: Mapping[str, str]) -> None:
-    """Refuse what `check_kinds` refuses of the configuration of the job that Hydra runs.
-
-    Args:
-        config: resolved configuration.
-        program: program that is run.
-        kinds: annotations of the verb's arguments; those that take several kinds are not looked at.
-
-    Raises:
-        BadInput: one line that names the key.
-    """
+    """Refuse what `check_kinds` refuses of the configuration of the job that Hydra runs."""
     job = HydraConfig.get()
     choices = [change for change in job.overrides.task if program.is_choice(change)]
     if len(choices) == len(job.overrides.task):
@@ -225,14 +187,6 @@ def check_kinds(given: Mapping[str, Any], written: Mapping[str, Any], place: str
 
     A number stays a number, and not negative if it was not; a whole number stays one, and positive if it was;
     a list stays a list of such things. Where null is written anything may stand.
-
-    Args:
-        given: the configuration after changes, as plain Python.
-        written: the configuration before changes, as plain Python.
-        place: dotted name of both.
-
-    Raises:
-        BadInput: one line that names the key.
     """
     for name in written.keys() & given.keys():
         _check(given[name], written[name], f"{place}.{name}" if place else name)

@@ -70,11 +70,7 @@ class Program:
         return {name: found[name] for name in sorted(found) if self._find(f"{name}.yaml")}
 
     def target(self, verb: str) -> str:
-        """Return the dotted name of a verb's function.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return the dotted name of a verb's function."""
         package = next(s.package for s in self.sources if s.verbs == self.verbs[verb].parent)
         return f"{package}.{verb}.{verb}"
 
@@ -83,21 +79,13 @@ class Program:
         return {name: file.read_text().splitlines()[0].strip('"') for name, file in self.verbs.items()}
 
     def docstring(self, verb: str) -> str:
-        """Return the docstring of a verb, without importing the verb.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return the docstring of a verb, without importing the verb."""
         tree = ast.parse(self.verbs[verb].read_text())
         function = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == verb)
         return ast.get_docstring(function) or ""
 
     def config(self, verb: str) -> Path:
-        """Return the path of the configuration file of a verb.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return the path of the configuration file of a verb."""
         found = self._find(f"{verb}.yaml")
         assert found is not None, verb
         return found
@@ -111,58 +99,33 @@ class Program:
         return {group: dict(sorted(found[group].items())) for group in sorted(found)}
 
     def choices(self, verb: str) -> dict[str, list[str]]:
-        """Return the groups that the keys of a verb choose from, with their choices.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return the groups that the keys of a verb choose from, with their choices."""
         config = self.config(verb).read_text()
         return {group: list(files) for group, files in self.groups().items() if f"- {group}:" in config}
 
     def required_keys(self, verb: str) -> list[str]:
-        """Return the names of the keys of a verb that must be given, in the order of its configuration.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return the names of the keys of a verb that must be given, in the order of its configuration."""
         return re.findall(r"^(\w+): \?\?\?", self.config(verb).read_text(), re.MULTILINE)
 
     def is_choice(self, override: str) -> bool:
-        """Tell whether an override such as `model=hybrid` chooses a configuration file.
-
-        Args:
-            override: word `key=value` of the command line.
-        """
+        """Tell whether an override such as `model=hybrid` chooses a configuration file."""
         return any((source.conf / override.split("=")[0]).is_dir() for source in self.sources)
 
     def folder(self, verb: str) -> str:
         """Return the folder of configuration files with which Hydra starts: the folder of the verb's own
         file.
-
-        Args:
-            verb: name of the verb.
         """
         return str(self.config(verb).parent.resolve())
 
     def search_path(self, verb: str) -> list[str]:
-        """Return overrides with which Hydra finds the configuration files in the other folders.
-
-        Args:
-            verb: name of the verb.
-        """
+        """Return overrides with which Hydra finds the configuration files in the other folders."""
         folders = [str(source.conf.resolve()) for source in self.sources]
         others = [folder.replace("'", "\\'") for folder in folders if folder != self.folder(verb)]
         paths = ",".join(f"'file://{folder}'" for folder in others)
         return [f"hydra.searchpath=[{paths}]"] if paths else []
 
     def compose(self, verb: str, overrides: Sequence[str] = (), with_hydra: bool = False) -> DictConfig:
-        """Compose the configuration of a verb.
-
-        Args:
-            verb: name of the verb.
-            overrides: words `key=value` that change the configuration; default: none.
-            with_hydra: whether Hydra's own part is included; default: no.
-        """
+        """Compose the configuration of a verb."""
         from hydra import compose, initialize_config_dir
         from hydra.core.global_hydra import GlobalHydra
 

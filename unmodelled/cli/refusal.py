@@ -12,17 +12,7 @@ FAULTS = 20
 
 
 def refuse(error: BadInput) -> int:
-    """Print the first fault after `error: ` and the others after `also: `.
-
-    Args:
-        error: bad input with all its faults.
-
-    Returns:
-        Exit code 2.
-
-    Raises:
-        KeyboardInterrupt: when the process was interrupted.
-    """
+    """Print the first fault after `error: ` and the others after `also: `."""
     if workers.interrupted.is_set():
         raise KeyboardInterrupt
     count = len(error.others)

@@ -23,20 +23,7 @@ VIEWS = (
 
 
 def written(program: str, verb: str, arguments: Mapping[str, Any], since: float, hints: bool = True) -> str:
-    """Return the line that names the files of a verb and the command that opens them.
-
-    Args:
-        program: command that a user types before the verb.
-        verb: dotted name of the verb's module. Its constant `NEXT`, if any, is the next step, with {program}
-            for the program and {key} for the value of an argument.
-        arguments: arguments of the verb by name.
-        since: time at which the verb began, s since the epoch; older files are named only where no newer ones
-            are.
-        hints: whether to say how to look at the files, and the next step; default: yes.
-
-    Returns:
-        One line; empty if nothing was written.
-    """
+    """Return the line that names the files of a verb and the command that opens them."""
     places = [_near(Path(str(arguments[name]))) for name in RESULTS if arguments.get(name) is not None]
     found = {place: files for place in places if (files := _entries(place, since))}
     if not found:

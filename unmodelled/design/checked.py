@@ -40,15 +40,8 @@ SHAPE = {
 
 
 def check_answer(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
-    """Refuse an answer that is damaged, of another machine or of other logs, or that asks to check the logs.
-
-    Args:
-        system: system of the diagnosis.
-        logs: logs of the diagnosis.
-        answer: content of diagnosis.json.
-
-    Raises:
-        BadInput: when the answer cannot be used; one line that names the place.
+    """Refuse an answer that is damaged, of another machine or of other logs, or that asks to check
+    the logs.
     """
     try:
         check_shape(Path("answer"), answer, SHAPE)

@@ -42,9 +42,6 @@ def content(design: Design) -> dict[str, Any]:
     model; null for a reference that keeps no limits at any amplitude. `start`, `operating_point`,
     `inputs` (the limits that the experiment keeps), `shows`, and `shown` of a number are in the units of
     the system file, which stand beside the values.
-
-    Args:
-        design: designed experiment.
     """
     criterion = design.criterion
     values = {"proposed": design.value, **design.compared}
@@ -79,10 +76,7 @@ def content(design: Design) -> dict[str, Any]:
 def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
     """Return the limits of the inputs and the start of an experiment, in the units of the system file.
 
-    Args:
-        system: system with the inputs.
-        limits: limits of the experiment.
-        u: inputs at the start, shape (inputs,), SI.
+    Takes u (inputs,) in SI.
     """
     units = units_of(system)
     inputs = zip(system.inputs, limits.written, strict=True)
@@ -102,9 +96,6 @@ def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
 def kept(found: Mapping[str, Any]) -> str:
     """Return the limits of the inputs in words.
 
-    Args:
-        found: content with the entry `inputs` of `conditions`.
-
     Examples:
         >>> kept({"inputs": {"i": {"low": -800.0, "high": 800.0, "rate": None, "unit": "mA"}}})
         'i −800 to 800 mA'
@@ -118,21 +109,12 @@ def kept(found: Mapping[str, Any]) -> str:
 
 
 def experiment(design: Design) -> pd.DataFrame:
-    """Return the experiment: t (s), and every input in the unit of its column in the logs.
-
-    Args:
-        design: designed experiment.
-    """
+    """Return the experiment: t (s), and every input in the unit of its column in the logs."""
     return frame(design.found.u, design.system, design.criterion.limits)
 
 
 def predictions(design: Design) -> pd.DataFrame:
-    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value.
-
-    Args:
-        design: designed experiment. An input has no label; an output has the label of the model. Values are
-            in the units of the columns.
-    """
+    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value."""
     t = design.criterion.limits.period * np.arange(len(design.found.u))
     parts: list[tuple[str, Input | Output, str, Array]] = [
         ("input", i, "", design.found.u[:, k]) for k, i in enumerate(design.system.inputs)
@@ -153,11 +135,7 @@ def predictions(design: Design) -> pd.DataFrame:
 
 
 def sentences(found: Mapping[str, Any]) -> list[str]:
-    """Return what a user reads of next.json.
-
-    Args:
-        found: content of next.json.
-    """
+    """Return what a user reads of next.json."""
     start = ", ".join(f"{name} = {_told_amount(each)}" for name, each in found["start"].items())
     what = f"this {found['duration']:g} s experiment ({found['family']}{start and f', start at {start}'})"
     return [
@@ -280,11 +258,7 @@ def _shows(design: Design, y: Array) -> dict[str, Any]:
 
 
 def rounded(value: Any) -> Any:
-    """Return a value with few enough digits that equal runs on two machines give equal files.
-
-    Args:
-        value: mapping, list, number or text; a number that is not finite becomes None.
-    """
+    """Return a value with few enough digits that equal runs on two machines give equal files."""
     match value:
         case Mapping():
             return {str(key): rounded(item) for key, item in value.items()}

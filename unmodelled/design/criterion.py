@@ -59,8 +59,7 @@ class Criterion:
     def __call__(self, u: Array) -> Value:
         """Simulate experiments and compute their value.
 
-        Args:
-            u: inputs, shape (designs, samples, inputs), SI.
+        Takes u (designs, samples, inputs) in SI.
         """
         excess = np.max(
             [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
@@ -80,12 +79,7 @@ class Criterion:
     def scores(self, found: Value) -> Array:
         """Return what a search maximises: positive within the limits, below -1 beyond them.
 
-        Args:
-            found: value of experiments.
-
-        Returns:
-            The smallest distance, or the logarithm of the factor by which the relative intervals of the
-            numbers shrink (root mean square), shape (designs,).
+        Gives (designs,).
         """
         beyond = -1.0 - np.minimum(found.excess, 1e6)
         if len(self.rivals) > 1:
@@ -104,11 +98,7 @@ class Criterion:
     def relative(self, deviation: Array) -> Array:
         """Return the root mean square of the relative standard deviations of the counted numbers.
 
-        Args:
-            deviation: standard deviations of all numbers, shape (designs, numbers), SI.
-
-        Returns:
-            Root mean squares, shape (designs,).
+        Takes deviation (designs, numbers) in SI; gives (designs,).
         """
         named = self.rivals[0]
         rows = [list(named.values).index(name) for name in self.numbers]
@@ -128,13 +118,7 @@ class Criterion:
 def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
     """Return the predictions of a model and their slopes by its numbers.
 
-    Args:
-        rival: fitted model.
-        y: outputs for its sets of numbers, shape (designs, sets, samples, outputs), in standard deviations.
-
-    Returns:
-        Outputs, shape (designs, values), and slopes, shape (designs, numbers, values), per standard deviation
-        of the numbers.
+    Takes y (designs, sets, samples, outputs); gives (designs, values) and (designs, numbers, values).
     """
     flat = np.nan_to_num(y.reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
     return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
@@ -152,12 +136,7 @@ def _root_after(slopes: Array) -> Array:
 def distance(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the distance of two models whose numbers may still move, in standard deviations.
 
-    Args:
-        one: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of a model.
-        other: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of another.
-
-    Returns:
-        Distance, shape (designs,).
+    Takes one (designs, values), other (designs, values); gives (designs,).
     """
     gap, slopes = one[0] - other[0], np.concatenate([one[1], -other[1]], axis=1)
     root = _root_after(slopes)

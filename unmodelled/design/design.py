@@ -97,18 +97,6 @@ def design(
 
     If the answer lists no alternatives, the experiment makes the relative intervals of the effects' numbers
     small; without effects, those of the refitted parameters.
-
-    Args:
-        system: system of the diagnosis.
-        logs: logs of the diagnosis.
-        answer: content of diagnosis.json.
-        limits: file of the limits, see `read_limits`.
-        seed: seed of the search.
-        progress: function that is called with a line of text at each step.
-
-    Raises:
-        BadInput: when the answer is of other logs or asks to check them, the limits cannot be used, or no
-            experiment keeps them.
     """
     logs = several(system, logs)
     check_answer(system, logs, answer)

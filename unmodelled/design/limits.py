@@ -42,11 +42,7 @@ class Range:
     rest: float = 0.0
 
     def in_si(self, unit: LoggedUnit) -> Range:
-        """Return the range in SI units.
-
-        Args:
-            unit: unit of the values.
-        """
+        """Return the range in SI units."""
         ends = unit.to_si(np.array([self.low, self.high, min(max(self.low, 0.0), self.high)]))
         low, high, rest = ends.tolist()
         return Range(low, high, self.rate * unit.factor, rest)
@@ -86,11 +82,7 @@ class Limits:
     def excess(self, watched: Array) -> Array:
         """Return the largest excess of a travel limit, as a share of its width; inf where a run diverges.
 
-        Args:
-            watched: quantities whose travel is limited, shape (designs, samples, quantities), SI.
-
-        Returns:
-            Excess, shape (designs,); 0 within all limits.
+        Takes watched (designs, samples, quantities) in SI; gives (designs,).
         """
         found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
         for k, own in enumerate(self.travel.values()):
@@ -107,21 +99,6 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
 
     An input, an output and a constant have the unit of their column (mA, degC, %), and rates that unit per
     second; a state that no output of the same name shows has its SI unit, and so has a signal.
-
-    Args:
-        file: YAML file with the keys `duration` (s) and `inputs` (for every input `low`, `high` and, where
-            limited, `rate` per second), and as needed `travel` (for a state, output or signal `low`, `high`,
-            `speed` per second), `start` (states), `operating_point` (constants), `period` (s, default that
-            of the logs) and `noise` (standard deviation of outputs).
-        system: system of the machine.
-        logs: measured experiments, for the sampling period and the operating point; default None: the file
-            must give both.
-
-    Returns:
-        The limits.
-
-    Raises:
-        BadInput: when the file cannot be read, a name is unknown, or a value cannot be kept.
     """
     root = load_yaml(file, "limits")
     found = root.fields(("duration", "inputs"), ("period", "travel", "start", "operating_point", "noise"))
@@ -156,13 +133,7 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
 
 
 def far_from_logs(limits: Limits, system: System, logs: Logs) -> list[str]:
-    """Return a remark for every input whose limits reach far beyond what was logged, as in a wrong unit.
-
-    Args:
-        limits: limits of an experiment.
-        system: system with the inputs.
-        logs: measured experiments.
-    """
+    """Return a remark for every input whose limits reach far beyond what was logged, as in a wrong unit."""
     found = []
     for k, (item, own) in enumerate(zip(system.inputs, limits.written, strict=True)):
         u = as_logged(item, logs.u[:, k])
@@ -179,9 +150,6 @@ def units_of(system: System) -> dict[str, LoggedUnit]:
     """Return the units in which limits of states, signals and outputs are written, by name.
 
     An output has the unit of its column, also where a state has its name; other states have their SI unit.
-
-    Args:
-        system: system of the machine.
     """
     own = {state.name: LoggedUnit(state.unit, 1.0, 0.0) for state in system.states}
     signals = {name: LoggedUnit("", 1.0, 0.0) for name in system.signals}

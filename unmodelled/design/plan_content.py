@@ -34,14 +34,6 @@ def plan_content(
     `effects` with `size`, the smallest size of `number` that shows with 95 % (null: no plausible size shows),
     `share` of the plausible size (null where the effect is not in proportion to a size), and `alike`: effects
     that would look like it, with the correlation and the size from which both are told apart (null: none).
-
-    Args:
-        system: known physics.
-        limits: limits, start, operating point and noise.
-        inputs: planned experiments.
-        found: effects along the experiments.
-        pairs: pairs that would look alike.
-        seed: seed of the experiments and of the noise.
     """
     content = {
         "schema": SCHEMA,
@@ -98,9 +90,6 @@ def effects_table(content: Mapping[str, Any]) -> pd.DataFrame:
     """Return a row per effect: effect, number, size and unit, share, looks_like.
 
     A size is said as in the answer of a diagnosis, in the units of the logs.
-
-    Args:
-        content: content of plan.json.
     """
     rows = [
         {
@@ -117,11 +106,7 @@ def effects_table(content: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def plan_lines(content: Mapping[str, Any]) -> list[str]:
-    """Return what a user reads of plan.json: a table of the effects, and what its columns mean.
-
-    Args:
-        content: content of plan.json.
-    """
+    """Return what a user reads of plan.json: a table of the effects, and what its columns mean."""
     rows = [("effect", "shows from", "looks like")]
     rows += [
         (entry["label"], _size(entry), ", ".join(_short(other, entry) for other in entry["alike"]))

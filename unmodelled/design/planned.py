@@ -32,16 +32,7 @@ SUBSTEPS = 10
 
 
 def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
-    """Return two experiments of every family of signals in which the known physics keeps the limits.
-
-    Args:
-        system: known physics.
-        limits: limits of the experiments.
-        seed: seed of the signals.
-
-    Raises:
-        BadInput: when no signal keeps the limits.
-    """
+    """Return two experiments of every family of signals in which the known physics keeps the limits."""
     found: dict[str, Array] = {}
     program, c = equations(system, quantities(system, limits.travel)), _constants(system, limits)
     for family in FAMILIES:
@@ -60,17 +51,7 @@ def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
 
 
 def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
-    """Read planned experiments, in the units of their columns; they are put on the sampling period.
-
-    Args:
-        place: CSV file with `t` (s) and the columns of the inputs, or a folder with such files.
-        system: known physics.
-        limits: limits of the inputs, and the sampling period.
-
-    Raises:
-        BadInput: when there is no file, or a file lacks a column, has a cell that is no number, or leaves the
-            limits.
-    """
+    """Read planned experiments, in the units of their columns; they are put on the sampling period."""
     files = sorted(place.glob("*.csv")) if place.is_dir() else [place]
     if not files:
         raise BadInput(f"{place}: holds no CSV file: give experiments with t and the inputs")
@@ -89,15 +70,7 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
 def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
     """Simulate the logs of experiments with the known physics and the noise of the sensors.
 
-    Args:
-        inputs: inputs by name of the experiment, SI.
-        system: known physics.
-        limits: start, operating point, sampling period and noise.
-        seed: seed of the noise.
-
-    Raises:
-        BadInput: when the noise of an output is not given, an experiment is too short, an output does not
-            move, or a simulation diverges.
+    Takes inputs in SI.
     """
     for output in system.outputs:
         if output.name not in limits.noise:

@@ -39,9 +39,6 @@ HALF_INTERVAL = 1.96
 def place_of(entry: Entry) -> Place:
     """Return the place of an effect in diagnosis.json.
 
-    Args:
-        entry: effect with `port` and, where they apply, `parameter`, `factor`, `level` and `signal`.
-
     Examples:
         >>> place_of({"family": "actuator_offset", "port": "actuator:torque"}).name
         'torque'
@@ -64,17 +61,7 @@ def fitted_rival(
 ) -> Rival:
     """Fit the known physics with effects to the training experiments of a diagnosis.
 
-    Args:
-        search: search of the diagnosis, begun on its system and logs.
-        entries: effects, as diagnosis.json names them.
-        known: values of numbers that the diagnosis identified and their standard deviations, by name, SI.
-        label: name of the model.
-
-    Returns:
-        The fitted model.
-
-    Raises:
-        BadInput: when the system does not have the place of an effect.
+    Takes known in SI.
     """
     hypothesis = Hypothesis.known(search.study)
     library: dict[tuple[str, str], Effect] = {(e.family, e.variant): e for e in effects()}
@@ -175,15 +162,8 @@ class Rival:
     ) -> tuple[Array, Array]:
         """Simulate experiments, see `simulated`.
 
-        Args:
-            u: inputs, shape (designs, samples, inputs), SI.
-            limits: start, operating point, watched travel, sampling period.
-            every: whether the steps along the columns of `root` are simulated too.
-            watched: expressions of further quantities; default: the quantities whose travel is limited.
-
-        Returns:
-            Outputs, shape (designs, sets, samples, outputs), and the watched quantities, shape (designs,
-            sets, samples, quantities), SI.
+        Takes u (designs, samples, inputs) in SI; gives (designs, sets, samples, outputs) and (designs, sets,
+        samples, quantities).
         """
         systems = self.sets[0] if every else self.sets[0][:1]
         study = self.fitted.hypothesis.study

@@ -21,34 +21,21 @@ Array = NDArray[np.float64]
 def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
     """Return an experiment as a user runs it: t (s), and the inputs in the units of their columns.
 
-    Args:
-        u: inputs, shape (samples, inputs), SI.
-        system: system with the inputs.
-        limits: limits, for the sampling period.
+    Takes u (samples, inputs) in SI.
     """
     columns = {item.column: as_logged(item, u[:, k]) for k, item in enumerate(system.inputs)}
     return pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns})
 
 
 def quantities(system: System, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Return states, outputs and signals as expressions.
-
-    Args:
-        system: system that has them.
-        names: names in the system file.
-    """
+    """Return states, outputs and signals as expressions."""
     outputs = {o.name: o.expression for o in system.outputs}
     states = {s.name for s in system.states}
     return tuple(outputs[n] if n in outputs and n not in states else system.expression(n) for n in names)
 
 
 def equations(system: System, watched: Sequence[sp.Expr]) -> Program:
-    """Compile a system with its outputs, and with quantities to watch.
-
-    Args:
-        system: system to simulate.
-        watched: further expressions that are computed.
-    """
+    """Compile a system with its outputs, and with quantities to watch."""
     return Program.of(system, [*(o.expression for o in system.outputs), *watched])
 
 
@@ -57,17 +44,8 @@ def simulated(
 ) -> tuple[Array, Array]:
     """Simulate experiments with several sets of numbers of one system.
 
-    Args:
-        systems: systems that differ in numbers and delays only.
-        u: inputs, shape (designs, samples, inputs), SI.
-        limits: start, watched travel, sampling period.
-        c: operating point, shape (constants,), SI.
-        substeps: integration steps per sample, one at least.
-        program: compiled system, from `equations`.
-
-    Returns:
-        Outputs as sensors show them, shape (designs, sets, samples, outputs), and the watched quantities,
-        shape (designs, sets, samples, quantities), SI.
+    Takes u (designs, samples, inputs) in SI, c (constants,) in SI; gives (designs, sets, samples, outputs)
+    and (designs, sets, samples, quantities).
     """
     designs, samples, _ = u.shape
     # by (set, design, sample): every set of numbers has input delays of its own
@@ -96,11 +74,7 @@ def simulated(
 def start_of(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
     """Return the states at the start, SI; those that are not given follow from the system file.
 
-    Args:
-        system: system with the states.
-        limits: limits with the states that are given.
-        c: operating point, shape (constants,), SI.
-        u: inputs at the start, shape (inputs,), SI.
+    Takes c (constants,) in SI, u (inputs,) in SI.
     """
     known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
     known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))

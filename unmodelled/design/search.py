@@ -36,13 +36,7 @@ class Found:
 
 
 def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], None]) -> Found:
-    """Return the experiment of highest value over all families of signals and the references.
-
-    Args:
-        criterion: criterion with the limits.
-        seed: seed of the search; the same seed gives the same experiment.
-        progress: function that is called with a line of text at each step.
-    """
+    """Return the experiment of highest value over all families of signals and the references."""
     limits = criterion.limits
     found: list[tuple[float, Family, Array]] = []
     for family in FAMILIES:

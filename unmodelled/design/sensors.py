@@ -49,11 +49,7 @@ class BestSensor:
 
 
 def sensors(system: System) -> Iterator[Sensor]:
-    """Yield the states, their rates and the efforts of ports that no output shows.
-
-    Args:
-        system: system of the diagnosis.
-    """
+    """Yield the states, their rates and the efforts of ports that no output shows."""
     outputs = {output.expression for output in system.outputs}
     for state, x, rate in zip(system.states, system.x, system.dynamics, strict=True):
         if x not in outputs:
@@ -85,13 +81,7 @@ def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | 
     Noise of the sensor and error of the named model in its quantity are assumed to be the same shares of the
     quantity's standard deviation in the experiment as those of the present outputs (medians).
 
-    Args:
-        criterion: models, limits and criterion.
-        system: system of the diagnosis.
-        u: inputs of the experiment, shape (samples, inputs), SI.
-
-    Returns:
-        The sensor; None without alternatives or without a quantity that moves.
+    Takes u (samples, inputs) in SI.
     """
     known = list(sensors(system))
     if len(criterion.rivals) < 2 or not known:

@@ -41,12 +41,7 @@ class Family:
     def inputs(self, z: Array, limits: Limits) -> Array:
         """Return the input signals of points of the unit cube.
 
-        Args:
-            z: points, shape (designs, inputs times size), from 0 to 1.
-            limits: limits of the inputs, duration and period.
-
-        Returns:
-            Inputs, shape (designs, samples, inputs), SI.
+        Takes z (designs, inputs times size); gives (designs, samples, inputs) in SI.
         """
         share = np.linspace(0.0, 1.0, limits.samples)
         cycles = limits.duration / (SAMPLES_PER_PERIOD * limits.period)
@@ -127,12 +122,7 @@ def references(limits: Limits, seed: int) -> Mapping[str, Array]:
     `chirp` sweeps every input from one cycle in the experiment to the highest frequency, `random` holds
     random levels.
 
-    Args:
-        limits: limits of the inputs, duration and period.
-        seed: seed of the random levels.
-
-    Returns:
-        By name: inputs, shape (amplitudes, samples, inputs), SI.
+    Gives (amplitudes, samples, inputs) in SI.
     """
     points = reference_points(len(limits.inputs), seed)
     return {name: family.inputs(z, limits) for name, (family, z) in points.items()}
@@ -141,12 +131,7 @@ def references(limits: Limits, seed: int) -> Mapping[str, Array]:
 def reference_points(inputs: int, seed: int) -> Mapping[str, tuple[Family, Array]]:
     """Return the experiments to compare with as points of families, see `references`.
 
-    Args:
-        inputs: number of inputs.
-        seed: seed of the random levels.
-
-    Returns:
-        By name: family, and points of the unit cube, shape (amplitudes, inputs times size of the family).
+    Gives (amplitudes, inputs times size of the family).
     """
     centred = np.full(len(AMPLITUDES), 0.5)
     sweep = np.column_stack([AMPLITUDES, centred, np.zeros_like(centred), np.ones_like(centred)])

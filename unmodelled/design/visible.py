@@ -61,11 +61,7 @@ class Visible:
     spans: tuple[Array, ...]
 
     def likeness(self, other: Visible) -> float:
-        """Return how far another effect can stand in for this one: correlation, 0 to 1.
-
-        Args:
-            other: effect with any size and any of its starting shapes.
-        """
+        """Return how far another effect can stand in for this one: correlation, 0 to 1."""
         norm = float(np.linalg.norm(self.column))
         found = [float(np.linalg.norm(span.T @ self.column)) for span in other.spans]
         return min(max(found, default=0.0) / norm, 1.0) if norm else 0.0
@@ -104,10 +100,7 @@ def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     Of the variants of a law, the simplest one counts. Effects that differ between experiments, or need
     another effect beside them, are left out.
 
-    Args:
-        system: known physics.
-        logs: simulated logs.
-        noise: standard deviation of the sensor noise, shape (outputs,), SI.
+    Takes noise (outputs,) in SI.
     """
     study = _Planned(system, logs, default_horizon(logs), ())
     known = Hypothesis.known(study)
@@ -130,9 +123,6 @@ def alike(found: list[Visible]) -> Iterator[Alike]:
     """Yield the pairs of visible effects that would look alike, the most similar first.
 
     Their correlation is above that at which two parameters must be separated (`correlated`).
-
-    Args:
-        found: effects along the planned experiments.
     """
     shown = [one for one in found if one.size is not None]
     pairs = []

@@ -25,14 +25,7 @@ DIGITS, ROUNDING = "%.9g", 1e-8
 def write_experiment(u: Array, system: System, limits: Limits, file: Path) -> None:
     """Write an experiment for a machine to run; the file is kept only if it is read back within the limits.
 
-    Args:
-        u: inputs, shape (samples, inputs), SI.
-        system: system with the inputs.
-        limits: limits that the file must keep, in the units of its columns.
-        file: CSV file to write.
-
-    Raises:
-        BadInput: when the file cannot be written, leaves the limits, or holds other inputs than `u`.
+    Takes u (samples, inputs) in SI.
     """
     with replacing(file) as temporary:
         frame(u, system, limits).to_csv(temporary, index=False, float_format=DIGITS)
@@ -45,17 +38,7 @@ def write_experiment(u: Array, system: System, limits: Limits, file: Path) -> No
 def read_experiment(path: Path, system: System, limits: Limits, name: str) -> tuple[Array, Array]:
     """Return the times of an experiment, shape (samples,), s, and its inputs, after a check of the limits.
 
-    Args:
-        path: CSV file with t (s) and the inputs, in the units of their columns.
-        system: system with the inputs.
-        limits: limits of the inputs.
-        name: name of the file, for messages.
-
-    Returns:
-        Times since the start, and inputs, shape (samples, inputs), SI.
-
-    Raises:
-        BadInput: when the file cannot be read, time does not increase, or an input leaves its limits.
+    Gives (samples, inputs) in SI.
     """
     columns = read_columns(path, ["t", *(item.column for item in system.inputs)])
     t = columns.values["t"]

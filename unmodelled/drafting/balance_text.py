@@ -19,12 +19,7 @@ RESISTANCE = 0.1
 
 
 def balance_text(balances: Sequence[Balance], name: str) -> str:
-    """Return the text of a system file with a store per level.
-
-    Args:
-        balances: balances of the machine.
-        name: name of the system.
-    """
+    """Return the text of a system file with a store per level."""
     items = list(numbered(balances))
     sections = {
         "states": [_state(k, balance) for k, balance in items],
@@ -69,10 +64,6 @@ def _effort(balance: Balance) -> str:
 
 def over_unit(above: str, below: str) -> str:
     """Return the unit of a factor from one quantity to another one, as people write it.
-
-    Args:
-        above: unit of the product.
-        below: unit of what the factor is multiplied with.
 
     Examples:
         >>> over_unit("N m", "A"), over_unit("W", "1"), over_unit("N", "m^3/s")

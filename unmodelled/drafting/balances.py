@@ -105,12 +105,7 @@ class Balance:
 
 
 def symbols_of(k: str, balance: Balance) -> Iterator[tuple[str, Channel, bool]]:
-    """Yield the columns of a balance by their symbols, each with whether it is the level.
-
-    Args:
-        k: number of the balance.
-        balance: balance.
-    """
+    """Yield the columns of a balance by their symbols, each with whether it is the level."""
     level, supply, *_ = balance.kind.symbols
     yield f"{level}{k}", balance.level, True
     for j, each in enumerate(balance.supplies, start=1):
@@ -121,11 +116,7 @@ def symbols_of(k: str, balance: Balance) -> Iterator[tuple[str, Channel, bool]]:
 
 
 def balances_of(experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
-    """Find the stores with their levels and supplies.
-
-    Args:
-        experiments: columns that change, of every experiment.
-    """
+    """Find the stores with their levels and supplies."""
     kinds = _kinds({signal.role for each in experiments for signal in each})
     drafts = [found for kind in kinds if (found := _of_kind(kind, experiments))]
     return max(drafts, key=lambda found: max(each.fit.share for each in found), default=[])
@@ -219,11 +210,7 @@ def _alike(signal: Signal, level: Channel) -> bool:
 
 
 def level_channel(signal: Signal) -> Channel:
-    """Return a level in its unit.
-
-    Args:
-        signal: level.
-    """
+    """Return a level in its unit."""
     if signal.unit is not None:
         return Channel(signal, "1" if signal.unit == "count" else signal.unit, True)
     most, middle = float(np.abs(signal.values).max()), float(np.median(signal.values))
@@ -238,12 +225,7 @@ def level_channel(signal: Signal) -> Channel:
 
 
 def supply_channel(signal: Signal, level: Channel) -> Channel:
-    """Return a supply in its unit.
-
-    Args:
-        signal: supply.
-        level: level that it changes.
-    """
+    """Return a supply in its unit."""
     usual = {Role.POWER: "W", Role.FLOW: "m^3/s", Role.CURRENT: "A", Role.VOLTAGE: "V", Role.PRESSURE: "bar"}
     turning = dimension_of(level.unit) == dimension_of("rad/s")
     usual[Role.EFFORT] = "N m" if turning else "N"
@@ -300,14 +282,7 @@ def _is_out(channel: Channel) -> bool:
 def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float, float]:
     """Return factors by least squares, and the shares of the squares that columns explain.
 
-    Args:
-        changes: changes to be explained, shape (changes,).
-        wanted: columns whose share is wanted, of the same shape.
-        beside: further columns, of the same shape.
-
-    Returns:
-        Factors of all columns, shape (columns,); the share of the squares without wanted columns that these
-        explain; the share of all squares that all columns explain.
+    Takes changes (changes,), wanted (same shape), beside (same shape); gives (columns,).
     """
     columns = np.column_stack([*wanted, *beside])
     scale = np.linalg.norm(columns, axis=0)

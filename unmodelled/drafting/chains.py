@@ -22,11 +22,6 @@ def chained(signal: Signal, other: Signal, signals: Sequence[Signal]) -> float:
     """Return how many times another position one is, if both are of one chain; 0 if they are not.
 
     Positions that move alike, each with a drive of its own number, are two joints that were moved alike.
-
-    Args:
-        signal: position.
-        other: other position.
-        signals: columns of the same experiment.
     """
     t = signal.t[:SAMPLES]
     a, b = plain(signal)[: len(t)], at(t, other.t, plain(other))
@@ -40,12 +35,7 @@ def chained(signal: Signal, other: Signal, signals: Sequence[Signal]) -> float:
 
 
 def geared(position: Signal, velocity: Signal) -> float:
-    """Return how many times the slope of a position a speed is, both in known units; 0 if it is the slope.
-
-    Args:
-        position: position.
-        velocity: speed.
-    """
+    """Return how many times the slope of a position a speed is, both in known units; 0 if it is the slope."""
     if position.unit is None or velocity.unit is None or not is_speed(velocity.unit):
         return 0.0
     here = position_channel(position, None, 0.0)

@@ -66,11 +66,7 @@ class Channel:
     def si(self, values: Array) -> Array:
         """Convert logged values to SI units.
 
-        Args:
-            values: values, shape (samples,).
-
-        Returns:
-            Values in SI units, shape (samples,).
+        Takes values (samples,); gives (samples,).
         """
         _, logged = parse_logged(self.unit)
         return self.scale * values if logged is None else logged.to_si(self.scale * values)
@@ -83,12 +79,7 @@ class Channel:
 
 
 def slope(position: Signal, other: Signal) -> Slope:
-    """Compare a column with the slope of a position.
-
-    Args:
-        position: position.
-        other: column that may be its speed.
-    """
+    """Compare a column with the slope of a position."""
     t = position.t[:SAMPLES]
     return slope_of(t, plain(position)[: len(t)], at(t, other.t, other.values))
 
@@ -96,11 +87,7 @@ def slope(position: Signal, other: Signal) -> Slope:
 def plain(signal: Signal) -> Array:
     """Return the values of a position, unwrapped if it jumps by a turn.
 
-    Args:
-        signal: position.
-
-    Returns:
-        Values, shape (samples,).
+    Gives (samples,).
     """
     for turn in (2.0 * np.pi, 360.0):
         jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
@@ -110,12 +97,7 @@ def plain(signal: Signal) -> Array:
 
 
 def follows(position: Signal, other: Signal) -> bool:
-    """Return whether a column that is called a set point, but not of what, moves as the position does.
-
-    Args:
-        position: position.
-        other: column that may be its set point.
-    """
+    """Return whether a column that is called a set point, but not of what, moves as the position does."""
     if other.role is not None or not is_command(other.address):
         return False
     q, wanted = _together(position, other)
@@ -126,14 +108,7 @@ def follows(position: Signal, other: Signal) -> bool:
 def position_channel(
     position: Signal, velocity: Signal | None, widest: float, pushed: bool = False
 ) -> Channel:
-    """Return a position in its unit.
-
-    Args:
-        position: position.
-        velocity: its speed; None: unknown.
-        widest: largest motion of positions like it.
-        pushed: whether a force in N drives it; default: that is not known.
-    """
+    """Return a position in its unit."""
     given, whole = position.unit, bool(np.all(position.values == np.round(position.values)))
     if given is not None and is_position(given):
         return Channel(position, given, True)
@@ -186,12 +161,7 @@ def _scaled(position: Signal, velocity: Signal | None, pushed: bool) -> Channel:
 
 
 def velocity_channel(position: Channel, velocity: Signal) -> Channel:
-    """Return a speed in its unit.
-
-    Args:
-        position: its position.
-        velocity: speed.
-    """
+    """Return a speed in its unit."""
     if velocity.unit is not None and is_speed(velocity.unit):
         return Channel(velocity, velocity.unit, True)
     kind = "rad" if is_angle(position.unit) else "m"
@@ -208,12 +178,7 @@ def _alike(unit: str, kind: str) -> bool:
 
 
 def input_channel(signal: Signal, angular: bool) -> Channel:
-    """Return an input in its unit.
-
-    Args:
-        signal: input.
-        angular: whether it drives an angle.
-    """
+    """Return an input in its unit."""
     effort = "N m" if angular else "N"
     unit = signal.unit or USUAL.get(signal.role or Role.OTHER, effort)
     if signal.unit is None and signal.role is Role.PRESSURE and np.abs(signal.values).max() < BARS:
@@ -222,12 +187,7 @@ def input_channel(signal: Signal, angular: bool) -> Channel:
 
 
 def correlation(position: Signal, other: Signal) -> float:
-    """Return the correlation of a column with a position.
-
-    Args:
-        position: position.
-        other: column.
-    """
+    """Return the correlation of a column with a position."""
     return float(np.corrcoef(*_together(position, other))[0, 1])
 
 
@@ -238,14 +198,7 @@ def _together(position: Signal, other: Signal) -> tuple[Array, Array]:
 
 
 def fit_of(position: Channel, drive: Channel, servo: bool, against: Channel | None = None) -> Drive:
-    """Fit the acceleration of a position by its drive, in SI units.
-
-    Args:
-        position: position.
-        drive: its drive.
-        servo: whether the drive is a commanded position, whose distance from the position drives.
-        against: pressure of the other chamber, scaled by the ratio of the areas; default None: there is none.
-    """
+    """Fit the acceleration of a position by its drive, in SI units."""
     t = position.signal.t[:SAMPLES]
     q = position.si(plain(position.signal)[: len(t)])
     u = drive.si(at(t, drive.signal.t, drive.signal.values))

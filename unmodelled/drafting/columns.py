@@ -63,11 +63,7 @@ class Signal:
 
 
 def timing_of(tables: Sequence[Table]) -> Timing:
-    """Find the clock of the tables of an experiment.
-
-    Args:
-        tables: tables of one experiment.
-    """
+    """Find the clock of the tables of an experiment."""
     logs = [table for table in tables if len(table) >= ROWS]
     if any(table.clock is not None for table in logs) or not logs:
         return Timing()
@@ -116,13 +112,7 @@ def _likeness(table: Table, name: str) -> float:
 
 
 def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) -> list[Signal]:
-    """Return the columns of an experiment that change and are no clock.
-
-    Args:
-        tables: tables of the experiment.
-        timing: clock of the tables.
-        values: fewest different values of a column, default 2; 1: columns that do not change, too.
-    """
+    """Return the columns of an experiment that change and are no clock."""
     found = []
     for table in (table for table in tables if len(table) >= ROWS):
         t = _clock(table, tables, timing)

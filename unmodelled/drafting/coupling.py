@@ -16,11 +16,8 @@ from unmodelled.logs.readers.reader import Array
 
 
 def coupled(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
-    """Return balances of which each column supplies but one; the others exchange with one that has a supply.
-
-    Args:
-        balances: balances of a machine.
-        experiments: columns that change, of every experiment.
+    """Return balances of which each column supplies but one; the others exchange with one that has
+    a supply.
     """
     used = [supply.channel.signal.address for balance in balances for supply in balance.supplies]
     shared = {name for name in used if used.count(name) > 1}

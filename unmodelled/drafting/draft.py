@@ -81,12 +81,7 @@ class Draft:
 
 
 def used_by(joints: Sequence[Joint], balances: Sequence[Balance]) -> list[Used]:
-    """Return the columns that joints and balances use, the first output first.
-
-    Args:
-        joints: moving positions.
-        balances: stores with a level.
-    """
+    """Return the columns that joints and balances use, the first output first."""
     found = []
     for k, joint in numbered(joints):
         found.append(Used(f"q{k}", joint.position, "position"))
@@ -104,14 +99,7 @@ def used_by(joints: Sequence[Joint], balances: Sequence[Balance]) -> list[Used]:
 
 
 def draft_of(logs: Path) -> Draft:
-    """Look at logs and guess what a first model of the machine needs.
-
-    Args:
-        logs: file of a recorder, or folder with such files.
-
-    Raises:
-        BadInput: when no file can be read, or no position that moves and no level that changes is found.
-    """
+    """Look at logs and guess what a first model of the machine needs."""
     found = survey(logs)
     timing = timing_of(next(iter(found.read.values())))
     signals = {place: signals_in(tables, timing) for place, tables in found.read.items()}

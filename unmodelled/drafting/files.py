@@ -57,12 +57,7 @@ class Survey:
     unread: tuple[Path, ...] = ()
 
     def only(self, read: dict[Path, list[Table]], left_out: dict[Path, str]) -> Survey:
-        """Return the survey of some of the experiments.
-
-        Args:
-            read: tables of the experiments that stay.
-            left_out: files or groups that are left out, with the reason.
-        """
+        """Return the survey of some of the experiments."""
         if self.groups:
             groups = tuple(str(place).rsplit(":/", 1)[1] for place in read)
             return replace(self, read=read, left_out=left_out, groups=groups)
@@ -71,14 +66,7 @@ class Survey:
 
 
 def survey(logs: Path) -> Survey:
-    """Find the experiments in a folder, or take one file as one.
-
-    Args:
-        logs: file of a recorder, or folder with such files.
-
-    Raises:
-        BadInput: when there is none that can be read.
-    """
+    """Find the experiments in a folder, or take one file as one."""
     if not logs.exists():
         raise BadInput(f"{logs}: no such file or folder: check the path")
     if logs.is_file():
@@ -191,12 +179,7 @@ def _largest(read: dict[Path, list[Table]]) -> list[Path]:
 
 
 def patterns_of(folder: Path, places: list[Path]) -> tuple[str, ...]:
-    """Return patterns that match some files or folders and no others; their names if there are none.
-
-    Args:
-        folder: folder to which they are relative.
-        places: files or folders in it.
-    """
+    """Return patterns that match some files or folders and no others; their names if there are none."""
     if places == [folder]:
         return (".",)
     parents = sorted({place.parent.relative_to(folder).as_posix() for place in places})

@@ -92,11 +92,7 @@ class _Home:
 
 
 def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
-    """Find the moving positions with their speeds and drives.
-
-    Args:
-        experiments: columns that change, of every experiment.
-    """
+    """Find the moving positions with their speeds and drives."""
     named = any(signal.role is Role.POSITION for signals in experiments for signal in signals)
     homes: dict[str, _Home] = {}
     for signals in experiments:
@@ -293,11 +289,7 @@ def _servo(position: Channel, goal: Signal) -> Channel:
 
 
 def with_goal(joint: Joint) -> Joint:
-    """Return a joint that follows its commanded position, if one is logged, for a model with a servo.
-
-    Args:
-        joint: joint.
-    """
+    """Return a joint that follows its commanded position, if one is logged, for a model with a servo."""
     if joint.goal is None:
         return joint
     servo = _servo(joint.position, joint.goal)

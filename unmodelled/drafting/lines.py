@@ -16,20 +16,13 @@ _PLAIN = re.compile(r"[A-Za-z][\w./^]*(?: [\w./^]+)*", re.ASCII)
 
 
 def numbered(parts: Sequence[T]) -> Iterator[tuple[str, T]]:
-    """Yield joints or balances with the numbers of their symbols; a single one has none.
-
-    Args:
-        parts: joints or balances in order.
-    """
+    """Yield joints or balances with the numbers of their symbols; a single one has none."""
     for k, part in enumerate(parts, start=1):
         yield (str(k) if len(parts) > 1 else ""), part
 
 
 def word(text: str) -> str:
     """Return a name for a system file.
-
-    Args:
-        text: any text.
 
     Examples:
         >>> word("day 1 (north)"), word("2026-11-25")
@@ -40,20 +33,13 @@ def word(text: str) -> str:
 
 
 def one_line(text: str) -> str:
-    """Return a text for a comment, on one printable line.
-
-    Args:
-        text: any text.
-    """
+    """Return a text for a comment, on one printable line."""
     line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."
 
 
 def quoted(text: str) -> str:
     """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is.
-
-    Args:
-        text: name, unit or pattern.
 
     Examples:
         >>> quoted("N m"), quoted("%"), quoted("yes"), quoted("a\\x1b: b")
@@ -67,9 +53,7 @@ def quoted(text: str) -> str:
 def identified(value: float, unit: str) -> str:
     """Return an entry of an uncertain parameter between a tenth of a value and ten times it.
 
-    Args:
-        value: first value, SI.
-        unit: unit of the value.
+    Takes value in SI.
 
     Examples:
         >>> identified(0.02, "kg m^2")

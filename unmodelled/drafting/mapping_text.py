@@ -15,12 +15,7 @@ NAMES = 5
 
 
 def mapping_text(draft: Draft, folder: str) -> str:
-    """Return the text of a mapping.
-
-    Args:
-        draft: findings in the logs.
-        folder: folder of the logs, seen from that of the mapping, "." if both are the same.
-    """
+    """Return the text of a mapping."""
     patterns = [_seen_from(folder, pattern) for pattern in draft.survey.patterns]
     lines = ["schema: mapping/1", "files:" if len(patterns) > 1 else f"files: {quoted(patterns[0])}"]
     lines += [f"  - {quoted(pattern)}" for pattern in patterns] if len(patterns) > 1 else []

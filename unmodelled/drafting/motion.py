@@ -45,13 +45,7 @@ class Drive:
 def at(t: Array, own: Array, values: Array) -> Array:
     """Read values at other instants, by straight lines.
 
-    Args:
-        t: instants, shape (samples,), s.
-        own: time of the values, shape (values,), s.
-        values: values, shape (values,).
-
-    Returns:
-        Values at the instants, shape (samples,).
+    Takes t (samples,) in s, own (values,) in s, values (values,); gives (samples,).
     """
     return np.asarray(np.interp(t, own, values))
 
@@ -59,8 +53,7 @@ def at(t: Array, own: Array, values: Array) -> Array:
 def span(t: Array) -> int:
     """Return the number of samples over which a speed is averaged.
 
-    Args:
-        t: time of the samples, shape (samples,), s.
+    Takes t (samples,) in s.
     """
     step = float(np.median(np.diff(t)))
     return int(min(max(round(AVERAGED / step), FEWEST), len(t) // 4))
@@ -69,10 +62,7 @@ def span(t: Array) -> int:
 def slope_of(t: Array, position: Array, column: Array) -> Slope:
     """Compare a column with the slope of a position, both averaged over the same time.
 
-    Args:
-        t: time of the samples, shape (samples,), s.
-        position: position, shape (samples,).
-        column: column that may be its speed, shape (samples,).
+    Takes t (samples,) in s, position (samples,), column (samples,).
 
     Examples:
         >>> t = np.linspace(0.0, 5.0, 501)
@@ -92,13 +82,7 @@ def slope_of(t: Array, position: Array, column: Array) -> Slope:
 def over(t: Array, values: Array, k: int) -> Array:
     """Integrate values over k samples from every sample on.
 
-    Args:
-        t: time of the samples, shape (samples,), s.
-        values: values, shape (samples,).
-        k: number of samples.
-
-    Returns:
-        Integrals, shape (samples - k,).
+    Takes t (samples,) in s, values (samples,); gives (samples - k,).
     """
     total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(t))])
     return np.asarray(total[k:] - total[:-k])
@@ -109,10 +93,7 @@ def drive_of(t: Array, position: Array, u: Array) -> Drive:
 
     Speeds and accelerations are integrated, so that noise is not differentiated twice.
 
-    Args:
-        t: time of the samples, shape (samples,), s.
-        position: position, shape (samples,), rad or m.
-        u: input, shape (samples,).
+    Takes t (samples,) in s, position (samples,), u (samples,).
 
     Examples:
         >>> t = np.linspace(0.0, 10.0, 2001)

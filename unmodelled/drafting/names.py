@@ -120,9 +120,6 @@ class Meaning:
 def words_of(name: str) -> list[str]:
     """Return the words of a name in lower case, without numbers and units.
 
-    Args:
-        name: name of a column, with its table.
-
     Examples:
         >>> words_of("/joint_states.posMeas1[2]"), words_of("state[hip.vel]"), words_of("speed [rpm]")
         (['joint', 'states', 'pos', 'meas'], ['state', 'hip', 'vel'], ['speed'])
@@ -139,10 +136,6 @@ def _cased(name: str) -> list[str]:
 
 def meaning_of(name: str, given: str | None = None) -> Meaning:
     """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit.
-
-    Args:
-        name: name of the column, with its table.
-        given: unit that the file gives; default: none.
 
     Examples:
         >>> names = ("goal_position", "tau_con1", "T_water_degC", "P_heater_kW", "T_set", "theta_m", "enc_a")
@@ -232,20 +225,12 @@ def _commanded(name: str, role: Role | None) -> Role | None:
 
 
 def is_command(name: str) -> bool:
-    """Return whether a name is that of a set point.
-
-    Args:
-        name: name of a column, with its table.
-    """
+    """Return whether a name is that of a set point."""
     return bool({*_COMMAND.split()} & {*words_of(name)})
 
 
 def is_measured(name: str) -> bool:
-    """Return whether a name says that its quantity was measured.
-
-    Args:
-        name: name of a column, with its table.
-    """
+    """Return whether a name says that its quantity was measured."""
     return bool({*_MEASURED.split()} & {*words_of(name)})
 
 
@@ -253,9 +238,6 @@ def number_of(name: str) -> str:
     """Return the number or name of the joint in a name: element of a list, or last digits; "" if none.
 
     The number of a table without a name of its own, such as `group2`, is none.
-
-    Args:
-        name: name of a column, with its table.
 
     Examples:
         >>> [number_of(name) for name in ("positions[3]", "state[hip.pos]", "motor1.speed", "group2.speed")]

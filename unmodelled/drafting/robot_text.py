@@ -28,14 +28,6 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
 
     Joints of the robot are those of the logs by their names; where the names do not tell, in their order.
     Joints that do not move in the logs are locked.
-
-    Args:
-        draft: findings in the logs.
-        robot: MJCF or URDF file.
-        name: name of the system.
-
-    Raises:
-        BadInput: when the robot file cannot be used, or it is not clear which joints move.
     """
     system = _system(robot, name)
     joints = [output.name.removeprefix("q_") for output in system.outputs if output.name.startswith("q_")]
@@ -68,15 +60,7 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
 
 
 def with_goals(draft: Draft, robot: Path) -> Draft:
-    """Return a draft whose joints follow commanded positions, if the actuators of a robot file are servos.
-
-    Args:
-        draft: findings in the logs.
-        robot: MJCF or URDF file.
-
-    Raises:
-        BadInput: when the robot file cannot be used.
-    """
+    """Return a draft whose joints follow commanded positions, if the actuators of a robot file are servos."""
     system = _system(robot, "robot")
     assert system.robot is not None
     servos = [actuator.is_servo for actuator in compiled(system.robot.text, system.robot.file).actuators]

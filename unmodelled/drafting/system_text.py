@@ -21,12 +21,7 @@ STIFFNESS, DAMPING = 100.0, 20.0
 
 
 def system_text(draft: Draft, name: str) -> str:
-    """Return the text of a system file with one inertia or mass per joint, or one store per level.
-
-    Args:
-        draft: findings in the logs.
-        name: name of the system.
-    """
+    """Return the text of a system file with one inertia or mass per joint, or one store per level."""
     if draft.balances:
         return balance_text(draft.balances, name)
     joints = list(numbered(draft.joints))

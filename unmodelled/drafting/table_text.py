@@ -12,11 +12,7 @@ ROWS = 40
 
 
 def table_text(draft: Draft) -> str:
-    """Return a table with a row per column: samples, rate, range, unit, and what it looks like.
-
-    Args:
-        draft: findings in the logs.
-    """
+    """Return a table with a row per column: samples, rate, range, unit, and what it looks like."""
     found: dict[str, list[Signal]] = {}
     for signals in draft.experiments:
         for signal in signals:

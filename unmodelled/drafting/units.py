@@ -42,9 +42,6 @@ _BRACKET = re.compile(r"[\[(]([^\[\]()]*[^\W\d_%°][^\[\]()]*|\s*[%°]\s*)[\])]\
 def known_unit(text: str | None) -> str | None:
     """Return a unit as this package writes it; None for another text.
 
-    Args:
-        text: unit as a file or a name writes it.
-
     Examples:
         >>> known_unit("RPM"), known_unit("m3/h"), known_unit("l/min"), known_unit("left")
         ('rpm', 'm^3/h', 'l/min', None)
@@ -64,9 +61,6 @@ def known_unit(text: str | None) -> str | None:
 def bracketed(name: str) -> str | None:
     """Return the unit in brackets at the end of a name; None if there is none.
 
-    Args:
-        name: name of a column.
-
     Examples:
         >>> bracketed("speed [rpm]"), bracketed("pump (%)"), bracketed("state[hip.pos]"), bracketed("q[3]")
         ('rpm', '%', None, None)
@@ -77,12 +71,6 @@ def bracketed(name: str) -> str | None:
 
 def ending(name: str) -> tuple[str, bool] | None:
     """Return the unit that the last word of a name may be; None if it is none.
-
-    Args:
-        name: name of a column.
-
-    Returns:
-        Unit, and whether it counts only where the other words say such a quantity: a single letter.
 
     Examples:
         >>> ending("P_heater_kW"), ending("theta_m"), ending("vel_rad_s"), ending("kW"), ending("pos")
@@ -112,9 +100,6 @@ def _apart(word: str) -> list[str]:
 def of_temperature(name: str) -> str | None:
     """Return the unit that the last letter of the name of a temperature is; None if it is none.
 
-    Args:
-        name: name of a column.
-
     Examples:
         >>> of_temperature("temp_c"), of_temperature("temperature")
         ('degC', None)
@@ -124,36 +109,20 @@ def of_temperature(name: str) -> str | None:
 
 
 def dimension_of(unit: str) -> Dimension:
-    """Return the dimension of a known unit.
-
-    Args:
-        unit: unit that `known_unit` returns.
-    """
+    """Return the dimension of a known unit."""
     return parse_logged(unit)[0].dimension
 
 
 def is_angle(unit: str) -> bool:
-    """Return whether a unit without a dimension is that of an angle.
-
-    Args:
-        unit: unit that `known_unit` returns.
-    """
+    """Return whether a unit without a dimension is that of an angle."""
     return dimension_of(unit) == ONE and parse_logged(unit)[0].text == "rad"
 
 
 def is_position(unit: str) -> bool:
-    """Return whether a unit is that of an angle or a length.
-
-    Args:
-        unit: unit that `known_unit` returns.
-    """
+    """Return whether a unit is that of an angle or a length."""
     return is_angle(unit) or dimension_of(unit) == dimension_of("m")
 
 
 def is_speed(unit: str) -> bool:
-    """Return whether a unit is that of a speed, and not one of counts a second.
-
-    Args:
-        unit: unit that `known_unit` returns.
-    """
+    """Return whether a unit is that of a speed, and not one of counts a second."""
     return "count" not in unit and dimension_of(unit) in (dimension_of("m/s"), dimension_of("rad/s"))

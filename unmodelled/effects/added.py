@@ -111,15 +111,6 @@ def with_numbers(system: System, effects: Iterable[Added], values: Mapping[str, 
 
     Slopes of laws beyond the data follow from the values.
 
-    Args:
-        system: system to which `effects` were added.
-        effects: effects of the system.
-        values: values by name, in SI units; a delay counts in addition to the one in the system file. Missing
-            parameters keep their value, missing delays are zero.
-
-    Returns:
-        System with these values.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.effects.input_delay import InputDelay

@@ -23,17 +23,7 @@ from unmodelled.systems.scope import Scope, Value
 
 
 def attached(site: Site, law: Law, family: str, variant: str) -> Added:
-    """Return the system with a law at a site, and the numbers that a fit needs.
-
-    Args:
-        site: place in a system, with the magnitudes of its quantities.
-        law: law in local names.
-        family: name of the family.
-        variant: name of the variant; empty for the plain form of the family.
-
-    Returns:
-        System with the law, and its amplitudes, shapes and memory.
-    """
+    """Return the system with a law at a site, and the numbers that a fit needs."""
     parts = _Parts(site, continued(site, law))
     names, units = parts.words.names, parts.words.units
     fitted: dict[str, Amplitude | Shape] = {**law.amplitudes, **law.shapes}

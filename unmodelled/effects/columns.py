@@ -80,13 +80,7 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
 
     The states stay those of the system as it was; `prepare` estimates them anew.
 
-    Args:
-        logs: logs of n experiments.
-        columns: values of shape (n,), or a `Column` that computes them, by name of the constant; an existing
-            column of that name is replaced.
-
-    Returns:
-        Logs with the constants.
+    Takes columns (n,).
     """
     values = {
         name: column(logs.experiments) if isinstance(column, Member | Order) else np.asarray(column)
@@ -102,13 +96,6 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
 
 def in_columns(system: System, constants: Sequence[Constant]) -> System:
     """Return the system with some parameters turned into constants of the operating point.
-
-    Args:
-        system: system with parameters of their names.
-        constants: constants that take the place of these parameters.
-
-    Returns:
-        System in which each of them has one value per experiment.
 
     Examples:
         >>> from pathlib import Path

@@ -24,13 +24,6 @@ def continued(site: Site, law: Law) -> Law:
     """Return a law that is continued linearly beyond the data, if it is a fitted curve.
 
     The slopes beyond the edges are zero until `slopes` gives their values.
-
-    Args:
-        site: place with the range of the data.
-        law: law in local names.
-
-    Returns:
-        Continued law; the law itself if it is not a fitted curve.
     """
     along = law.fitted_along
     if along is None:
@@ -50,15 +43,7 @@ def continued(site: Site, law: Law) -> Law:
 
 
 def slopes(law: Law, words: Translation) -> dict[str, sp.Expr]:
-    """Return the slopes of a law at the edges of the data, in terms of its other parameters.
-
-    Args:
-        law: law before it was continued.
-        words: translation of the continued law.
-
-    Returns:
-        Slopes by name of the parameter in the system; none if the law is not a fitted curve.
-    """
+    """Return the slopes of a law at the edges of the data, in terms of its other parameters."""
     names, along = words.names, law.fitted_along
     if along is None:
         return {}
@@ -72,13 +57,6 @@ def slopes(law: Law, words: Translation) -> dict[str, sp.Expr]:
 
 
 def extent(words: Translation) -> dict[str, tuple[str, str]]:
-    """Return the coordinate of a continued law and the parameters that hold the edges of the data.
-
-    Args:
-        words: translation of the continued law.
-
-    Returns:
-        Names of both parameters by name of the coordinate; none if the law is not a fitted curve.
-    """
+    """Return the coordinate of a continued law and the parameters that hold the edges of the data."""
     edges = [words.names[end.edge] for end in words.law.slopes.values()]
     return {words.text(str(words.law.fitted_along)): (edges[0], edges[1])} if edges else {}

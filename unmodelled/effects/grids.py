@@ -16,14 +16,6 @@ LEAST_CREEP = 1e-3
 def geometric(low: float, high: float, count: int) -> tuple[float, ...]:
     """Return a geometric series of starting values, rounded to three digits.
 
-    Args:
-        low: first value, positive.
-        high: last value; at least 1.1 times `low` is used.
-        count: number of values.
-
-    Returns:
-        Increasing values.
-
     Examples:
         >>> geometric(1.0, 100.0, 3)
         (1.0, 10.0, 100.0)
@@ -33,14 +25,6 @@ def geometric(low: float, high: float, count: int) -> tuple[float, ...]:
 
 def inside(low: float, high: float, count: int) -> tuple[float, ...]:
     """Return equidistant values within an interval, without its ends.
-
-    Args:
-        low: lower end of the interval.
-        high: upper end of the interval.
-        count: number of values.
-
-    Returns:
-        Increasing values.
 
     Examples:
         >>> inside(0.0, 1.0, 3)
@@ -53,12 +37,6 @@ def creep(at: Site) -> Shape:
     """Return the speed below which dry friction falls to zero, so that a simulation can pass the corner.
 
     At this speed friction of the missing effort's magnitude would stop the port within one sampling period.
-
-    Args:
-        at: port with the magnitudes of its quantities.
-
-    Returns:
-        Shape in units of speed, with one starting value.
     """
     speed = at["v"].rms
     least = neat(max(at.effort * at.mobility * at.period, LEAST_CREEP * speed))
@@ -68,12 +46,6 @@ def creep(at: Site) -> Shape:
 def presliding(at: Site) -> Shape:
     """Return distances over which friction builds up, from two samples of motion to a fifth of the half
     travel.
-
-    Args:
-        at: port with the magnitudes of its quantities.
-
-    Returns:
-        Shape in units of position.
     """
     step = 2.0 * at["v"].rms * at.period
     travel = at["x"].half if "x" in at else at["v"].rms * at.duration
@@ -82,14 +54,7 @@ def presliding(at: Site) -> Shape:
 
 
 def relaxation(at: Site) -> Fixed:
-    """Return one sampling period, the shortest time constant of a memory.
-
-    Args:
-        at: place with the magnitudes of its quantities.
-
-    Returns:
-        Fixed number in s.
-    """
+    """Return one sampling period, the shortest time constant of a memory."""
     return Fixed("t", at.period)
 
 
@@ -97,15 +62,6 @@ def waves(at: Site, most: int, whole: bool = False) -> tuple[float, ...]:
     """Return spatial frequencies that the samples can resolve, in rad per unit of position.
 
     For an angle these are whole numbers of waves per turn, otherwise half waves over the travel.
-
-    Args:
-        at: port with the magnitudes of its quantities.
-        most: largest number of frequencies.
-        whole: whether the lowest frequency has a whole wave over the travel (less resembles a spring);
-            default False.
-
-    Returns:
-        Increasing frequencies.
     """
     angle = at.quantities["x"].unit == "rad"
     step = 1.0 if angle else pi / (2.0 * at["x"].half)
@@ -115,16 +71,7 @@ def waves(at: Site, most: int, whole: bool = False) -> tuple[float, ...]:
 
 
 def polynomial(at: Site, letter: str, order: int) -> Law:
-    """Return the law of any smooth function of position: a polynomial about the middle of the travel.
-
-    Args:
-        at: port with a position.
-        letter: letter of the coefficients, such as "F" for F_0, F_1 and so on.
-        order: highest power.
-
-    Returns:
-        Law that is continued linearly beyond the data.
-    """
+    """Return the law of any smooth function of position: a polynomial about the middle of the travel."""
     s = "((x - x_m)/x_r)"
     powers = {f"{letter}_{k}": "1" if k == 0 else s if k == 1 else f"{s}**{k}" for k in range(order + 1)}
     return Law(

@@ -11,9 +11,6 @@ from unmodelled.systems.model import System, symbol
 def unused_inputs(system: System) -> tuple[str, ...]:
     """Return the inputs on which no equation of a system depends.
 
-    Args:
-        system: system with its known laws.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system

@@ -26,14 +26,6 @@ def driven_port(system: System, item: Input) -> tuple[Port, int] | None:
     joint or the current of a motor does, the voltage of a motor whose current is a state does not. A set
     point of the port's position is no drive.
 
-    Args:
-        system: system of the input.
-        item: input to look at.
-
-    Returns:
-        Port with a velocity, and 1 if a positive input drives it forwards, -1 if backwards; None if the input
-        drives no port.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
@@ -60,13 +52,6 @@ def stiffness(system: System, port: Port) -> sp.Expr | None:
     """Return the stiffness of a spring of the known physics that acts where the effort of a port acts.
 
     Only for an effort on at least two bodies: what holds a single body at a position may be a servo as well.
-
-    Args:
-        system: system of the port.
-        port: port to look at.
-
-    Returns:
-        Stiffness in terms of parameters; None if there is no such spring or if its stiffness is not constant.
 
     Examples:
         >>> from pathlib import Path

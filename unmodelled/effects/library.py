@@ -17,9 +17,6 @@ from unmodelled.effects.effect import Effect
 def effects() -> tuple[Effect, ...]:
     """Return one object of each effect, the simplest first.
 
-    Returns:
-        Effects, sorted by complexity, family and variant.
-
     Examples:
         >>> [effect.family for effect in effects()][:2]
         ['actuator_gain', 'actuator_offset']

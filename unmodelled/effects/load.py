@@ -17,15 +17,6 @@ LINE = 200
 def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
     """Return the load of a port: what the port names as its load, or else the effort of the inputs on it.
 
-    Args:
-        system: system of the port.
-        port: port to look at.
-
-    Returns:
-        Load as text in names of the system file and as expression, in the unit of the effort. None if the
-        port names none and no input acts on it, if its mass depends on the state, or if a system file has no
-        words for the effort, as for the slope of a table.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
@@ -59,12 +50,7 @@ def _drive(system: System, port: Port) -> sp.Expr:
 
 
 def carries(system: System, port: Port) -> bool:
-    """Return whether a port has a load that a system file has words for; takes less time than `load`.
-
-    Args:
-        system: system of the port, possibly with effects.
-        port: port to look at.
-    """
+    """Return whether a port has a load that a system file has words for; takes less time than `load`."""
     if port.load is not None:
         return True
     drive = _drive(system, port)

@@ -16,16 +16,7 @@ from unmodelled.systems.quantities import number_with_unit
 
 
 def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Expr:
-    """Return the acceleration of a port for given rates of the states.
-
-    Args:
-        system: system of the port.
-        port: port to look at.
-        rates: time derivative of each state.
-
-    Returns:
-        Time derivative of the port's velocity; zero if the port has no velocity.
-    """
+    """Return the acceleration of a port for given rates of the states."""
     if port.velocity is None:
         return sp.S.Zero
     return _rate(system.expression(port.velocity), system.x, rates)
@@ -34,13 +25,6 @@ def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Exp
 def mobility(system: System, port: Port) -> sp.Expr:
     """Return the derivative of a port's acceleration by its effort: minus one over the mass that the port
     feels.
-
-    Args:
-        system: system of the port.
-        port: port to look at.
-
-    Returns:
-        Expression in the symbols of the system.
 
     Examples:
         >>> from pathlib import Path
@@ -67,15 +51,7 @@ def _rate(v: sp.Expr, states: Sequence[sp.Symbol], rates: Sequence[sp.Expr]) -> 
 
 
 def is_inertial(system: System, port: Port) -> bool:
-    """Return whether a port's acceleration depends linearly on its effort.
-
-    Args:
-        system: system of the port.
-        port: port to look at.
-
-    Returns:
-        False if the port has no velocity, or if its velocity depends on an input or on time.
-    """
+    """Return whether a port's acceleration depends linearly on its effort."""
     if port.velocity is None:
         return False
     beta = mobility(system, port)
@@ -95,17 +71,6 @@ def effort_signals(
 
     With a = free + mobility*E for any effort E, and E = F + q + r*a, the effort is E = (F + q + r*free) / (1
     - r*mobility). It includes all other ports and laws, also those added later.
-
-    Args:
-        system: system of the port.
-        port: port whose effort grows.
-        a: symbol of the acceleration in `terms`.
-        terms: pairs of an amplitude and the contribution of one unit of it.
-        written: sum of the terms as text, with the name of the free acceleration for a.
-        names: names of the free acceleration, the mobility and the total effort.
-
-    Returns:
-        Expression and text of the three signals by name; the last one is the total effort.
     """
     effort = symbol(port.effort)
     rates = [f.xreplace({effort: sp.S.Zero}) for f in system.dynamics]

@@ -18,14 +18,6 @@ _WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*", re.ASCII)
 def fresh(system: System, names: Iterable[str], suffix: str) -> dict[str, str]:
     """Return names that a system does not use yet.
 
-    Args:
-        system: system to which the names will be added.
-        names: wanted names.
-        suffix: suffix of a wanted name that is taken; a number follows if needed.
-
-    Returns:
-        New name by wanted name.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
@@ -53,13 +45,6 @@ def _taken(system: System) -> set[str]:
 
 def renamed(text: str, names: Mapping[str, str]) -> str:
     """Return an expression with other names, all replaced at once.
-
-    Args:
-        text: expression of a system file.
-        names: new name by old name.
-
-    Returns:
-        Expression with the new names.
 
     Examples:
         >>> renamed("x + exp(-v)", {"x": "v", "v": "x"})

@@ -14,9 +14,6 @@ def port_groups(system: System) -> tuple[tuple[Port, ...], ...]:
 
     A body has a velocity with which the effort makes power, a balance has a level.
 
-    Args:
-        system: system with its ports.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
@@ -38,9 +35,6 @@ FEWEST = {"port": 3, "actuator": 3, "sensor": 2}
 
 def place_groups(system: System) -> tuple[frozenset[Place], ...]:
     """Return the places at all of which a law may act: many ports or drives of one kind, sensors of one unit.
-
-    Args:
-        system: system with its ports and outputs.
 
     Examples:
         >>> from pathlib import Path

@@ -48,11 +48,7 @@ class Spread:
     def of(cls, values: Array) -> Spread:
         """Compute the range and root mean square of an array.
 
-        Args:
-            values: values of any shape, in SI units; nan and infinity are ignored.
-
-        Returns:
-            Range; zero if no value is finite.
+        Takes values (any shape).
         """
         finite = values[np.isfinite(values)]
         if not len(finite):
@@ -115,18 +111,7 @@ class Scales:
     ) -> Scales:
         """Compute the magnitudes from n experiments on one clock.
 
-        Args:
-            system: known physics.
-            period: sampling period in s.
-            offsets: first sample of each experiment, shape (n + 1,); experiment i has the samples
-                offsets[i]:offsets[i + 1].
-            t: time in s, shape (M,).
-            x: states, shape (M, states).
-            u: inputs, shape (M, inputs).
-            c: constants of the operating point, shape (n, constants).
-
-        Returns:
-            Magnitudes.
+        Takes offsets (n + 1,), t (M,), x (M, states), u (M, inputs), c (n, constants).
         """
         samples = _Samples(system, period, offsets, t, x, u, c)
         names = [*(s.name for s in system.states), *(i.name for i in system.inputs)]

@@ -14,17 +14,7 @@ Signals = Mapping[str, tuple[sp.Expr, str]]
 
 
 def substituted(system: System, name: str, signals: Signals) -> System:
-    """Return the system in which a new signal replaces a symbol everywhere.
-
-    Args:
-        system: system to change.
-        name: name of the symbol to replace.
-        signals: expression and text of the new signals by name; the last one replaces the symbol, and can use
-            the others.
-
-    Returns:
-        System with the new signals in front of all signals that depend on the symbol.
-    """
+    """Return the system in which a new signal replaces a symbol everywhere."""
     old = symbol(name)
     *_, last = signals
     before = {n: e for n, e in system.signals.items() if old not in e.free_symbols}
@@ -37,13 +27,7 @@ def substituted(system: System, name: str, signals: Signals) -> System:
 
 
 def with_right_number(system: System, name: str, error: str) -> System:
-    """Return the system in which a parameter has its right value instead of a signal, value plus error.
-
-    Args:
-        system: system with the signal <name> + <error> in place of the parameter.
-        name: name of the parameter.
-        error: name of the parameter that holds the error.
-    """
+    """Return the system in which a parameter has its right value instead of a signal, value plus error."""
     signal = next(n for n, e in system.signals.items() if e == symbol(name) + symbol(error))
     values = dict(zip((p.name for p in system.parameters), system.values, strict=True))
     found = _replaced(system, {symbol(error): sp.S.Zero}, {signal: name})
@@ -83,17 +67,7 @@ def _event(event: Event, changed: Callable[[sp.Expr], sp.Expr]) -> Event:
 
 
 def with_law(system: System, port: Port, law: sp.Expr, written: str) -> System:
-    """Return the system with a term added to the known law of a port.
-
-    Args:
-        system: system to change.
-        port: port of the system.
-        law: term to add.
-        written: term as text, in the grammar of system files.
-
-    Returns:
-        System with the longer law.
-    """
+    """Return the system with a term added to the known law of a port."""
     place = f"ports.{port.name}.law"
     text = dict(system.text)
     if port.law is None:
@@ -105,17 +79,7 @@ def with_law(system: System, port: Port, law: sp.Expr, written: str) -> System:
 
 
 def with_output(system: System, name: str, more: sp.Expr, written: str) -> System:
-    """Return the system with a term added to an output.
-
-    Args:
-        system: system to change.
-        name: name of the output.
-        more: term to add.
-        written: term as text, in the grammar of system files.
-
-    Returns:
-        System with the longer expression of the output.
-    """
+    """Return the system with a term added to an output."""
     place = f"outputs.{name}.expression"
     text = {**system.text, place: f"{system.text.get(place, name)} + {written}"}
     outputs = (replace(o, expression=o.expression + more) if o.name == name else o for o in system.outputs)
@@ -125,16 +89,7 @@ def with_output(system: System, name: str, more: sp.Expr, written: str) -> Syste
 def with_states(
     system: System, states: Mapping[State, tuple[sp.Expr, str]], starts: Mapping[str, str]
 ) -> System:
-    """Return the system with additional states.
-
-    Args:
-        system: system to change.
-        states: time derivative of each new state, as expression and as text.
-        starts: initial value of new states as text, by name, where it is no number.
-
-    Returns:
-        System with the new states after its own ones.
-    """
+    """Return the system with additional states."""
     rates = tuple(rate for rate, _ in states.values())
     events = (e if e.then is None else replace(e, then=(*e.then, *rates)) for e in system.events)
     return replace(

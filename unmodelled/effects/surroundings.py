@@ -22,11 +22,6 @@ def surroundings(
     level does not use goes before those that it uses. Where there is no such input, a temperature may also be
     given by a constant of the operating point or by a parameter.
 
-    Args:
-        system: system of the port.
-        port: port of a balance.
-        among: names that count, such as those of the system without effects; default: all.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system

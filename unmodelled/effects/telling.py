@@ -35,10 +35,7 @@ class Said:
 def said(added: Added, name: str, values: Sequence[float]) -> Said:
     """Return values of a number of an effect as a person says them.
 
-    Args:
-        added: effect.
-        name: name of the number.
-        values: values, SI.
+    Takes values in SI.
     """
     told, unit = added.told.get(name, PLAIN), LoggedUnit(added.units[name], 1.0, 0.0)
     if told.unit:
@@ -51,15 +48,7 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
 
 
 def scale(added: Added, name: str) -> tuple[str, str, float, float] | None:
-    """Return how a person says a number that the law has in SI units; None for one that is said as it is.
-
-    Args:
-        added: effect.
-        name: name of the number.
-
-    Returns:
-        Symbol and unit of the said number, and slope and shift: it is slope times the SI value plus shift.
-    """
+    """Return how a person says a number that the law has in SI units; None for one that is said as it is."""
     number = said(added, name, (0.0, 1.0))
     zero, one = number.values
     plain = (number.symbol, number.unit) == (name, added.units[name])
@@ -67,13 +56,7 @@ def scale(added: Added, name: str) -> tuple[str, str, float, float] | None:
 
 
 def unit_of(system: System, signal: str, level: bool) -> LoggedUnit | None:
-    """Return the unit in which a person writes values of a signal, or None if no column shows the signal.
-
-    Args:
-        system: system of the signal.
-        signal: name of an input, state, signal or output.
-        level: whether points on the scale of the signal are meant, or differences.
-    """
+    """Return the unit in which a person writes values of a signal, or None if no column shows the signal."""
     column = _column(system, signal)
     if column is None:
         return None

@@ -37,15 +37,7 @@ class Translation:
         return fresh(self.site.system, (*self.law.names, *self.more), self.site.place.name)
 
     def text(self, local: str, **others: str) -> str:
-        """Return an expression in the names of the system.
-
-        Args:
-            local: expression in local names.
-            **others: names of the system by local name that take precedence.
-
-        Returns:
-            Expression as text of a system file.
-        """
+        """Return an expression in the names of the system."""
         known = {name: quantity.text for name, quantity in self.site.quantities.items()}
         return renamed(local, {**known, **self.names, **others})
 
@@ -55,14 +47,7 @@ class Translation:
         return {name: self.value(number.adds) for name, number in self.law.terms.items()}
 
     def value(self, local: str) -> Value:
-        """Return an expression in the symbols of the system.
-
-        Args:
-            local: expression in local names.
-
-        Returns:
-            Expression with its dimension.
-        """
+        """Return an expression in the symbols of the system."""
         return grammar.evaluate(local, self._scope, f"the law {self.law.text}")
 
     @cached_property

@@ -43,11 +43,7 @@ class Integration:
 
     @property
     def common_hold(self) -> float:
-        """Course that all inputs share.
-
-        Raises:
-            ValueError: when the inputs have different courses between samples.
-        """
+        """Course that all inputs share."""
         if not isinstance(self.hold, tuple):
             return float(self.hold)
         if len(set(self.hold)) > 1:
@@ -80,11 +76,7 @@ class Windows(NamedTuple):
     shift: Indices
 
     def checked(self) -> "Windows":
-        """Return the same windows with the memory layout that compiled loops read.
-
-        Raises:
-            ValueError: when a window leaves the samples.
-        """
+        """Return the same windows with the memory layout that compiled loops read."""
         end = self.start + self.steps
         rows = len(self.u) - self.shift.max(initial=0)
         inside = not len(end) or (self.start.min() >= 0 and self.steps.min() >= 0 and end.max() < len(self.t))
@@ -137,20 +129,8 @@ class Backend(Protocol):
 def free_run(backend: Backend, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
     """Simulate all windows for all sets of parameters.
 
-    Args:
-        backend: equations whose observed values are wanted.
-        windows: first samples, lengths and inputs of the free runs.
-        p: parameters, shape (experiments, sets, parameters), SI.
-        c: constants of the operating points, shape (experiments, constants), SI.
-        x0: states at the first samples, shape (windows, sets, states), SI.
-        how: method, step and course of the inputs between samples.
-
-    Returns:
-        Observed values, shape (windows, sets, most steps + 1, observed); nan after the end of a window, not
-        finite where the simulation diverged.
-
-    Raises:
-        ValueError: when a window leaves the samples, sizes differ, or the backend lacks the method.
+    Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
+    states) in SI; gives (windows, sets, most steps + 1, observed).
 
     Examples:
         A pendulum swings from rest at 0.1 rad, without torque, for 0.2 s.

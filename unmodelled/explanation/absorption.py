@@ -30,13 +30,7 @@ def beside_networks(matrix: Array, gains: Sequence[Array], inputs: Sequence[Arra
     remainder is scaled by the degrees of freedom of the fit, so that white noise keeps its mean size. The
     operation is linear in the columns.
 
-    Args:
-        matrix: sensitivity columns, shape (rows, columns).
-        gains: effect of each port's effort, each of shape (rows,).
-        inputs: inputs of each port's network, each of shape (rows, q).
-
-    Returns:
-        Remaining columns, shape (rows, columns).
+    Takes matrix (rows, columns), gains (rows,), inputs (rows, q); gives (rows, columns).
 
     Examples:
         >>> x = np.linspace(-1.0, 1.0, 400)

@@ -16,13 +16,6 @@ WARNED = 12
 def advise(system: System, result: Identifiability) -> list[str]:
     """Return sentences on which parameters can be identified, which must be separated, and which to hold
     fixed.
-
-    Args:
-        system: analysed system.
-        result: result of the analysis.
-
-    Returns:
-        Sentences, without a full stop.
     """
     best = [f"{_set(s.names)} can be identified together" for s in result.sets if s.maximal][:SHOWN]
     return [

@@ -82,20 +82,7 @@ def closed_form(
     A network smooths the jump of dry friction: the velocity scale in tanh(v/...) is that of the network, and
     the machine's can be smaller.
 
-    Args:
-        position: positions in m or rad, shape (n,).
-        velocity: velocities per second, shape (n,).
-        force: force of the network at these samples, shape (n,).
-        experiment: number of the experiment of each sample, shape (n,).
-        names: names of position and velocity in the formula.
-        angle: whether the position is an angle, so that loads can repeat every turn; default False.
-
-    Returns:
-        Formula with its errors.
-
-    Raises:
-        ValueError: if the arrays do not have one length.
-        BadInput: if there are fewer than 50 samples, or values that are not finite.
+    Takes position (n,), velocity (n,), force (n,), experiment (n,).
 
     Examples:
         >>> generator = np.random.default_rng(0)

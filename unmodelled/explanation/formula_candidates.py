@@ -51,30 +51,12 @@ class Term:
         return self._along(position) * self._during(velocity)
 
     def text(self, position: str, velocity: str, jump: str = "", fade: str = "") -> str:
-        """Return the term in the grammar of system files; "1" for a constant.
-
-        Args:
-            position: name of the position.
-            velocity: name of the velocity.
-            jump: name of the velocity scale of dry friction; default: its value.
-            fade: name of the velocity scale of a Stribeck peak; default: its value.
-
-        Returns:
-            Expression.
-        """
+        """Return the term in the grammar of system files; "1" for a constant."""
         scales = jump or short_number(self.jump), fade or short_number(self.fade)
         return "*".join([*self._along_text(position), *self._during_text(velocity, *scales)]) or "1"
 
     def shaped(self, jump: float, fade: float) -> Term:
-        """Return the term with other velocity scales, as far as it has them.
-
-        Args:
-            jump: velocity scale of dry friction.
-            fade: velocity scale of a Stribeck peak.
-
-        Returns:
-            Term.
-        """
+        """Return the term with other velocity scales, as far as it has them."""
         if self.motion is Motion.DRY:
             return replace(self, jump=jump)
         return replace(self, jump=jump, fade=fade) if self.motion is Motion.PEAK else self
@@ -120,12 +102,6 @@ class Term:
 def short_number(value: float) -> str:
     """Return a number as text with four significant digits.
 
-    Args:
-        value: number, in any unit.
-
-    Returns:
-        Text in the grammar of system files.
-
     Examples:
         >>> short_number(550800.0), short_number(0.002), short_number(-4.25)
         ('5.508e5', '0.002', '-4.25')
@@ -139,15 +115,6 @@ def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: 
 
     They are a constant load, powers of the position, damping and dry friction (constant or proportional to
     the position), and Stribeck peaks. Their order does not depend on `jump`.
-
-    Args:
-        jump: velocity scale of dry friction; 0 for sign(v).
-        fades: velocity scales of the Stribeck peaks.
-        angle: whether the position is an angle, which adds loads that repeat every turn; default False.
-        turns: whether the angle covers a whole turn, which removes powers of the position; default False.
-
-    Returns:
-        Terms.
 
     Examples:
         >>> [term.text("x", "v") for term in candidates(0.0, [], angle=True, turns=True)[:4]]
@@ -163,14 +130,7 @@ def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: 
 
 
 def compatible(terms: Sequence[Term]) -> bool:
-    """Return whether a set of terms has at most one Stribeck peak, and one only with dry friction.
-
-    Args:
-        terms: terms of a force law.
-
-    Returns:
-        True if the set is allowed.
-    """
+    """Return whether a set of terms has at most one Stribeck peak, and one only with dry friction."""
     motions = [term.motion for term in terms if not term.power]
     return motions.count(Motion.PEAK) <= motions.count(Motion.DRY)
 
@@ -178,13 +138,7 @@ def compatible(terms: Sequence[Term]) -> bool:
 def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array:
     """Evaluate terms at positions and velocities.
 
-    Args:
-        terms: k terms.
-        position: positions, shape (...).
-        velocity: velocities, shape (...).
-
-    Returns:
-        Values of shape (..., k).
+    Takes position (...), velocity (...); gives (..., k).
     """
     if not terms:
         return np.empty((*position.shape, 0))
@@ -193,12 +147,6 @@ def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array
 
 def sum_text(coefficients: Mapping[str, float]) -> str:
     """Return the sum of terms with their coefficients on one line.
-
-    Args:
-        coefficients: coefficient of each term by its text; "1" is the constant.
-
-    Returns:
-        Expression in the grammar of system files; "0" without terms.
 
     Examples:
         >>> sum_text({"1": 2.0, "d": -30.0})

@@ -150,14 +150,7 @@ class Identifiability:
         return tuple(sorted(ranked, key=self._rank))
 
     def judge(self, names: Names) -> ParameterSet:
-        """Judge whether parameters can be identified together.
-
-        Args:
-            names: names of the parameters.
-
-        Returns:
-            Set with its verdict.
-        """
+        """Judge whether parameters can be identified together."""
         at = [self.found.parameters.index(n) for n in names]
         efforts = len(self._with_efforts) - len(self.found.parameters)
         alone = collinearity(self._with_efforts, [*range(efforts), *(efforts + k for k in at)])
@@ -179,28 +172,12 @@ class Identifiability:
         return _correlation(np.hstack([basis, self.found.matrix[:, efforts:]]))
 
     def correlation_of(self, a: str, b: str) -> float:
-        """Return an entry of the correlation matrix.
-
-        Args:
-            a: name of an effort or parameter.
-            b: name of an effort or parameter.
-
-        Returns:
-            Correlation, -1 to 1.
-        """
+        """Return an entry of the correlation matrix."""
         names = list(self.norms)
         return float(self.correlation[names.index(a), names.index(b)])
 
     def left_correlation_of(self, a: str, b: str) -> float:
-        """Return the correlation of two parameters without what networks absorb.
-
-        Args:
-            a: name of a parameter.
-            b: name of a parameter.
-
-        Returns:
-            Correlation, -1 to 1.
-        """
+        """Return the correlation of two parameters without what networks absorb."""
         return float(self.left_correlation[self.found.parameters.index(a), self.found.parameters.index(b)])
 
     def _rank(self, s: ParameterSet) -> tuple[bool, bool, int, float]:
@@ -220,21 +197,7 @@ def identify_sets(
     limit: float = 5.0,
     floor: float = 0.05,
 ) -> Identifiability:
-    """Analyse which parameters can be identified together, alone and beside networks in the ports.
-
-    Args:
-        system: system with the nominal values of its parameters.
-        logs: logs of this system.
-        parameters: names of the parameters to analyse; default None: all.
-        limit: limit of the collinearity index of a set, usually 5 to 20; default 5.
-        floor: smallest sensitivity that counts, as a share of the largest, at most 1; default 0.05.
-
-    Returns:
-        Sensitivities, correlations and judged sets.
-
-    Raises:
-        BadInput: if `limit`, `floor` or a parameter is invalid.
-    """
+    """Analyse which parameters can be identified together, alone and beside networks in the ports."""
     if not limit > 1.0:
         raise BadInput(f"limit must be larger than 1, got {limit:g}")
     if not 0.0 <= floor < 1.0:
@@ -249,9 +212,6 @@ def identify_sets(
 def correlated(limit: float) -> float:
     """Return the correlation above which two columns must be separated.
 
-    Args:
-        limit: limit of the collinearity index of a set.
-
     Examples:
         >>> round(correlated(5.0), 2)
         0.91
@@ -264,12 +224,7 @@ def collinearity(correlation: Array, columns: Sequence[int]) -> float:
 
     A column keeps 1/index of its size after the best compensation by the others.
 
-    Args:
-        correlation: correlations of all columns, shape (columns, columns).
-        columns: indices of the columns.
-
-    Returns:
-        Collinearity index.
+    Takes correlation (columns, columns).
 
     Examples:
         >>> round(collinearity(np.array([[1.0, 0.96], [0.96, 1.0]]), [0, 1]), 3)

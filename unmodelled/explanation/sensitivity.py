@@ -74,17 +74,6 @@ def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = N
 
     Efforts are estimated by inverse dynamics, as those that explain the measured derivatives best, so that no
     trained network is needed. Only states whose derivative depends on an effort or a parameter have rows.
-
-    Args:
-        system: system with the nominal values of its parameters.
-        logs: logs of this system.
-        parameters: names of the parameters to analyse; default None: all.
-
-    Returns:
-        Sensitivity matrix.
-
-    Raises:
-        BadInput: if a parameter is unknown or repeated, or if no derivative depends on any of them.
     """
     chosen = _chosen(system, parameters)
     symbols = (*system.e, *(symbol(p.name) for p in chosen))

@@ -16,29 +16,12 @@ from unmodelled.base.limits import check_file, check_memory
 
 
 def save(model: nn.Module, path: Path, about: dict[str, Any]) -> None:
-    """Write the weights of fitted models.
-
-    Args:
-        model: module of torch with the weights.
-        path: file of the checkpoint.
-        about: facts about the fit, of plain types only.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write the weights of fitted models."""
     write_checkpoint(path, {"class": type(model).__name__, "state": model.state_dict(), "about": about})
 
 
 def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
-    """Write a checkpoint of any content.
-
-    Args:
-        path: file of the checkpoint.
-        content: values by the keys `class` (name of what was saved), `state` (tensors) and `about` (facts).
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write a checkpoint of any content."""
     whole = io.BytesIO()  # torch itself does not say of a full disk that it is full
     torch.save(content, whole)
     with replacing(path) as temporary:
@@ -46,17 +29,7 @@ def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
-    """Read a checkpoint; nothing in the file is executed.
-
-    Args:
-        path: file of the checkpoint.
-
-    Returns:
-        Values by the keys `class`, `state` and `about`.
-
-    Raises:
-        BadInput: when the file is missing, damaged or too large.
-    """
+    """Read a checkpoint; nothing in the file is executed."""
     check_file(path)
     try:
         _check_memory(path)
@@ -91,14 +64,6 @@ def _check_sums(path: Path) -> None:
 
 def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:
     """Put the weights of a checkpoint into a module.
-
-    Args:
-        model: module of torch, which is changed in place.
-        content: content of the checkpoint, as `read_checkpoint` returns it.
-        path: file of the checkpoint, for messages.
-
-    Raises:
-        BadInput: when the weights belong to another model.
 
     Examples:
         >>> import tempfile

@@ -162,16 +162,7 @@ def judged(
 ) -> Evaluation:
     """Simulate the test experiments of every fold, and evaluate the networks on the training experiments.
 
-    Args:
-        model: stack of len(tests) * repeats models, the repeats of the first fold first.
-        logs: measured experiments.
-        trained: numbers of the training experiments by the name of the fold, each shape (experiments,).
-        tests: numbers of the test experiments by the name of the fold, each shape (experiments,).
-        repeats: number of models per fold.
-        how: integration of the free runs.
-
-    Returns:
-        Errors, trajectories and learned efforts.
+    Takes trained (experiments,), tests (experiments,).
     """
     found = free_runs(model, logs, tests, repeats, how)
     return Evaluation(

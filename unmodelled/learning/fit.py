@@ -218,18 +218,7 @@ def _check_names(system: System, networks: tuple[Network, ...], trainable: list[
 
 
 def load_stack(structure: Augmented, path: Path) -> tuple[Nnap, dict[str, Any]]:
-    """Read a fitted stack of a known structure.
-
-    Args:
-        structure: physics, networks and trained parameters of the stack.
-        path: file model.pt of a fit.
-
-    Returns:
-        Fitted stack, and the facts about it in the file.
-
-    Raises:
-        BadInput: when the file is missing, damaged, or belongs to another structure.
-    """
+    """Read a fitted stack of a known structure."""
     content = read_checkpoint(path)
     parts = ("p", "unit", "scale", "gain", "weights")
     try:

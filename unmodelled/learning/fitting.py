@@ -35,20 +35,6 @@ def fit(
 
     A model whose loss is not finite keeps the weights before that and is reported on standard error; the
     others continue.
-
-    Args:
-        problem: untrained stack and its data; the stack has the same number of models for every fold.
-        training: settings of the training.
-        trained_on: ids of the training experiments of every fold by its name, in the order of the stack.
-        device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
-        checkpoint: file in which the state of the training is kept until it is done, and from which a
-            training that was killed continues; None keeps none.
-
-    Returns:
-        The fitted stack, its history, and what was fitted.
-
-    Raises:
-        BadInput: when the data are too few for the training, or the device cannot be used.
     """
     name = identity(problem, training)
     stack = load_progress(checkpoint, name) if checkpoint is not None else None
@@ -84,15 +70,7 @@ def fit(
 
 
 def start_from(problem: Problem, fitted: Nnap) -> None:
-    """Begin the training of a stack where another one ended.
-
-    Args:
-        problem: stack to be trained; its weights and parameters are replaced.
-        fitted: trained stack of the same structure and number of models.
-
-    Raises:
-        BadInput: when the stacks differ in the number of models or of weights.
-    """
+    """Begin the training of a stack where another one ended."""
     model = problem.model
     if (fitted.batch, fitted.weights.shape) != (model.batch, model.weights.shape):
         raise BadInput(

@@ -26,11 +26,7 @@ GRID = 41
 
 
 def measured_samples(logs: Logs) -> Measured:
-    """Return the samples of logs as kernels read them.
-
-    Args:
-        logs: measured experiments with states.
-    """
+    """Return the samples of logs as kernels read them."""
     x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
     return Measured(x, u, t, c, logs.owner, np.asarray(logs.offsets, np.int64))
 
@@ -53,15 +49,7 @@ def free_runs(
 ) -> FreeRuns:
     """Simulate the test experiments of every fold, whole, from their first measured state.
 
-    Args:
-        model: stack of len(tests) * repeats models, the repeats of the first fold first.
-        logs: measured experiments.
-        tests: numbers of the test experiments by the name of the fold, each shape (experiments,).
-        repeats: number of models per fold.
-        how: integration of the free runs.
-
-    Returns:
-        Errors of all free runs, and the trajectories of the first repeat.
+    Takes tests (experiments,).
     """
     data = measured_samples(logs)
     limit = LARGEST * np.abs(logs.x).max(axis=0)
@@ -97,14 +85,8 @@ def _free_run(
 
 @torch.no_grad()
 def surfaces(models: dict[str, Nnap], logs: Logs) -> pd.DataFrame:
-    """Evaluate networks with two inputs on a grid over the range of the data, by the first model of a stack.
-
-    Args:
-        models: stacks by the stage of their training, such as initial and converged.
-        logs: measured experiments.
-
-    Returns:
-        Columns stage, network, q0, q1 (the inputs) and effort, in SI units; GRID * GRID rows per network.
+    """Evaluate networks with two inputs on a grid over the range of the data, by the first model of
+    a stack.
     """
     parts = []
     for stage, model in models.items():
@@ -138,15 +120,7 @@ def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
 def learned_efforts(model: Nnap, logs: Logs, trained: Mapping[str, Indices], repeats: int) -> pd.DataFrame:
     """Evaluate the networks' efforts at the measured states of the experiments that they were trained on.
 
-    Args:
-        model: stack of len(trained) * repeats models, the repeats of the first fold first.
-        logs: measured experiments.
-        trained: numbers of the training experiments by the name of the fold, each shape (experiments,).
-        repeats: number of models per fold.
-
-    Returns:
-        Columns id, t (s), and one per network in the unit of its effort: the mean over the models that were
-        trained on the experiment.
+    Takes trained (experiments,).
     """
     names = [network.label or network.port for network in model.structure.networks]
     z = model.efforts_of(_network_inputs(model, logs)).numpy()

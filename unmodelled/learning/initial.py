@@ -25,15 +25,7 @@ def initial_parameters(
 ) -> Array:
     """Draw the parameters from which the training of one model starts.
 
-    Args:
-        structure: physics, networks and trained parameters.
-        spread: largest relative deviation of a trained parameter from its value in the system file; the
-            result is clipped to the bounds of the parameter.
-        spread_of_fixed: largest relative deviation of the other parameters.
-        rng: random generator of this member.
-
-    Returns:
-        Parameters of the system in its order, shape (parameters,), SI.
+    Gives (parameters,) in SI.
     """
     start = np.array(structure.system.values)
     for k, parameter in enumerate(structure.system.parameters):
@@ -50,12 +42,7 @@ def initial_weights(structure: Augmented, rng: np.random.Generator) -> Array:
 
     Hidden biases are uniform too, so that the kinks of the ReLU units do not all lie at zero.
 
-    Args:
-        structure: physics, networks and trained parameters.
-        rng: random generator of this member.
-
-    Returns:
-        Weights of all networks, one network after the other, shape (structure.size,).
+    Gives (structure.size,).
     """
     parts = []
     for network in structure.networks:
@@ -74,16 +61,8 @@ def scales(
     The gain of a network is the size of the effort that the physics misses: least squares of the residual of
     the measured acceleration on the influence of the port.
 
-    Args:
-        structure: physics, networks and trained parameters.
-        data: measured samples.
-        runs: training experiments of every member, each shape (experiments,).
-        p: parameters of every member, shape (members, parameters), SI.
-        period: sampling period, s.
-
-    Returns:
-        1 / standard deviation of every network input, eq. 4.4, shape (members, inputs); gain of every network
-        in the unit of its effort, shape (members, networks).
+    Takes runs (experiments,), p (members, parameters) in SI, period in s; gives (members, inputs) and
+    (members, networks).
     """
     scale = np.ones((len(runs), len(structure.inputs)))
     gain = np.ones((len(runs), len(structure.networks)))
@@ -111,13 +90,7 @@ def scales(
 
 
 def _missing(known: Tensor, e: Tensor, slope: Tensor) -> Array:
-    """Size of the effort that is missing in every port, (ports,).
-
-    Args:
-        known: rates of the states by the physics, (samples, states), differentiable by `e`.
-        e: efforts, all zero, (samples, ports).
-        slope: measured rates of the states, (samples, states).
-    """
+    """Size of the effort that is missing in every port, (ports,)."""
     missing = slope - known.detach()
     size = missing.square().mean(0).sqrt().clamp(min=1e-30)
     influence = torch.stack(

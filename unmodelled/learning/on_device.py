@@ -15,17 +15,7 @@ from unmodelled.learning.windows import Problem, Progress, Training, Windows, dr
 
 
 def train_on(device: str, problem: Problem, windows: Training, stack: list[Progress]) -> None:
-    """Train a stack to the end on a device of torch.
-
-    Args:
-        device: name of the device, such as `cuda`.
-        problem: models and data.
-        windows: settings of the training, which must be `Windows`.
-        stack: state of the training of every model, which is changed in place.
-
-    Raises:
-        BadInput: when there is no such device, or the training is not one on windows.
-    """
+    """Train a stack to the end on a device of torch."""
     if not isinstance(windows, Windows):
         raise BadInput(f"device {device}: this training runs on the cpu only; device must be cpu")
     try:

@@ -70,16 +70,6 @@ class Recipe(Protocol):
 def required(system: Path | None, logs: Path | None) -> tuple[Path, Path]:
     """Return the system file and the log folder that a hybrid model of a system needs.
 
-    Args:
-        system: path of the system file; None where none was given.
-        logs: path of the log folder; None where none was given.
-
-    Returns:
-        Both paths.
-
-    Raises:
-        BadInput: when one of them is missing.
-
     Examples:
         >>> required(Path("pendulum.yaml"), None)
         Traceback (most recent call last):
@@ -95,14 +85,6 @@ def required(system: Path | None, logs: Path | None) -> tuple[Path, Path]:
 def refused(system: Path | None, logs: Path | None, start: Path | None = None) -> None:
     """Refuse what only hybrid models of a system take, for a model that carries its own data.
 
-    Args:
-        system: path of the system file; None where none was given.
-        logs: path of the log folder; None where none was given.
-        start: folder of the fit to continue from; None where none was given.
-
-    Raises:
-        BadInput: when one of them was given.
-
     Examples:
         >>> refused(Path("pendulum.yaml"), None)
         Traceback (most recent call last):
@@ -117,15 +99,6 @@ def refused(system: Path | None, logs: Path | None, start: Path | None = None) -
 
 
 def check_folds(folds: list[Fold], fitted: list[str], path: Path) -> None:
-    """Refuse a fit of another split.
-
-    Args:
-        folds: the folds to evaluate.
-        fitted: names of the folds that were fitted.
-        path: file or folder of the fit, for the message.
-
-    Raises:
-        BadInput: when the names of the folds differ.
-    """
+    """Refuse a fit of another split."""
     if fitted != [fold.name for fold in folds]:
         raise BadInput(f"{path}: was fitted on the folds {fitted}, another split")

@@ -20,9 +20,6 @@ _ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W", "nodes")
 def checkpoint_beside(out: Path) -> Path:
     """Return the file that keeps the state of a training until its result is written.
 
-    Args:
-        out: folder of the result, also under its temporary name.
-
     Examples:
         >>> checkpoint_beside(Path("fits/arm")).as_posix()
         'fits/.arm.checkpoint'
@@ -32,15 +29,7 @@ def checkpoint_beside(out: Path) -> Path:
 
 
 def identity(problem: Problem, windows: Training) -> str:
-    """Return a digest of everything that decides the result of a training.
-
-    Args:
-        problem: models and data: structure, initial values, training experiments, seed.
-        windows: settings of the training.
-
-    Returns:
-        SHA-256 in hexadecimal digits.
-    """
+    """Return a digest of everything that decides the result of a training."""
     model, data = problem.model, problem.data
     digest = hashlib.sha256()
     for array in (data.x, data.u, data.c, data.offsets, problem.bounds, problem.penalties, *problem.runs):
@@ -53,16 +42,7 @@ def identity(problem: Problem, windows: Training) -> str:
 
 
 def save_progress(path: Path, stack: list[Progress], name: str) -> None:
-    """Write the state of a training.
-
-    Args:
-        path: file of the checkpoint.
-        stack: state of the training of every model.
-        name: `identity` of the training.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write the state of a training."""
     state = {}
     for m, progress in enumerate(stack):
         state[str(m)] = {key: torch.from_numpy(getattr(progress, key).copy()) for key in _ARRAYS} | {
@@ -75,15 +55,7 @@ def save_progress(path: Path, stack: list[Progress], name: str) -> None:
 
 
 def load_progress(path: Path, name: str) -> list[Progress] | None:
-    """Read the state that `save_progress` wrote of the same training.
-
-    Args:
-        path: file of the checkpoint.
-        name: `identity` of the training.
-
-    Returns:
-        State of the training of every model; None if there is no checkpoint, or one of another training.
-    """
+    """Read the state that `save_progress` wrote of the same training."""
     if not path.exists():
         return None
     try:

@@ -135,13 +135,7 @@ class Segments:
     def of(cls, data: Measured, runs: Indices, steps: int) -> Segments:
         """Cut experiments into segments; experiments shorter than a segment are left out.
 
-        Args:
-            data: measured samples.
-            runs: numbers of the experiments, shape (experiments,).
-            steps: number of samples of a segment.
-
-        Raises:
-            BadInput: when no experiment is as long as a segment.
+        Takes runs (experiments,).
         """
         starts: list[Indices] = []
         for first, end in zip(data.offsets[runs], data.offsets[runs + 1], strict=True):
@@ -184,11 +178,7 @@ class Objective:
     def pack(self, state: Progress) -> Array:
         """Return weights, scaled parameters and scaled first states as one vector.
 
-        Args:
-            state: state of the training.
-
-        Returns:
-            Vector, shape (size + trained + segments * states,).
+        Gives (size + trained + segments * states,).
         """
         nodes = (torch.from_numpy(state.nodes) - self.measured[:, 0]) / self.unit
         return np.concatenate([state.weights, state.xi, nodes.numpy().ravel()])
@@ -196,12 +186,7 @@ class Objective:
     def unpack(self, z: Array) -> tuple[Array, Array, Array]:
         """Split a vector of `pack` into its parts.
 
-        Args:
-            z: vector as `pack` makes it, shape (size + trained + segments * states,).
-
-        Returns:
-            Weights, shape (size,), scaled parameters, shape (trained,), and first states, SI, shape
-            (segments, states).
+        Takes z (size + trained + segments * states,); gives (size,) and (trained,) and (segments, states).
         """
         size, trained = self.model.weights.shape[1], self.model.xi.shape[1]
         weights, xi, nodes = np.split(z, [size, size + trained])
@@ -213,8 +198,7 @@ class Objective:
 
         Only the parameters have bounds.
 
-        Returns:
-            Lower and upper bounds of the vector, shape (size + trained + segments * states, 2).
+        Gives (size + trained + segments * states, 2).
         """
         low_high = self.problem.bounds / self.model.unit.numpy()[:, None]
         free = np.array([[-np.inf, np.inf]])
@@ -224,11 +208,7 @@ class Objective:
     def loss(self, nodes: Tensor) -> Tensor:
         """Return the misfit of all samples (eq. 4.9) plus the penalties of gaps and of efforts.
 
-        Args:
-            nodes: first states of the segments, shape (segments, states), SI.
-
-        Returns:
-            Loss, a scalar that torch can differentiate.
+        Takes nodes (segments, states) in SI.
         """
         X, Z = rollout(
             self.model, 0, self.problem.data, nodes, self.cut.starts, self.cut.steps, self.problem.how
@@ -243,11 +223,7 @@ class Objective:
     def __call__(self, z: Array) -> tuple[float, Array]:
         """Return loss and gradient at a vector of `pack`.
 
-        Args:
-            z: vector as `pack` makes it, (size + trained + segments * states,).
-
-        Returns:
-            Loss, and its gradient in the shape of `z`; `BLOWN_UP` and zeros where they are not finite.
+        Gives (shape of `z`).
         """
         weights, xi, nodes = self.unpack(z)
         with torch.no_grad():

@@ -53,15 +53,7 @@ class Split:
 
 
 def fold_named(folds: Sequence[Fold], name: str) -> Fold:
-    """Return the fold of a name.
-
-    Args:
-        folds: folds of a split.
-        name: name of one of them.
-
-    Raises:
-        BadInput: when there is no fold of this name.
-    """
+    """Return the fold of a name."""
     found = next((fold for fold in folds if fold.name == name), None)
     if found is None:
         raise BadInput(f"fold: unknown {name}, must be one of {', '.join(fold.name for fold in folds)}")
@@ -71,15 +63,7 @@ def fold_named(folds: Sequence[Fold], name: str) -> Fold:
 def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
     """Sort the contact runs by falling minimal contact force, in subsets I_1, I_2, ... (6.5).
 
-    Args:
-        experiments: table with columns `label` and `f_min`, a row per experiment.
-        count: number of subsets.
-
-    Returns:
-        Rows of the table, an array of shape (experiments,) per subset.
-
-    Raises:
-        BadInput: when there are fewer contact runs than subsets.
+    Gives (experiments,).
     """
     nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
     if len(nominal) < count:

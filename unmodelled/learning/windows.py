@@ -135,12 +135,7 @@ class Progress:
 
     @classmethod
     def start(cls, model: Nnap, member: int) -> Progress:
-        """Return the state before training.
-
-        Args:
-            model: stack of untrained models.
-            member: number of the model in the stack.
-        """
+        """Return the state before training."""
         p, xi, weights = (
             a[member].detach().double().cpu().numpy().copy()
             for a in (model.physics(), model.xi, model.weights)
@@ -177,13 +172,7 @@ def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
 
     With these weights the loss is the share of the change over a window that the model does not explain.
 
-    Args:
-        data: measured samples.
-        runs: numbers of the training experiments, shape (experiments,).
-        horizon: number of samples of a window.
-
-    Returns:
-        1 / mean squared change of every state over a window, shape (states,), per squared unit of the state.
+    Takes runs (experiments,); gives (states,).
     """
     starts = data.window_starts(runs, horizon)
     if not len(starts):
@@ -194,14 +183,7 @@ def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
 
 
 def train_epochs(problem: Problem, windows: Windows, stack: list[Progress], epochs: int) -> None:
-    """Train every model of a stack by a few more epochs, `windows.workers` models side by side.
-
-    Args:
-        problem: models and data.
-        windows: settings of the training.
-        stack: state of the training of every model, which is changed in place.
-        epochs: largest number of further epochs.
-    """
+    """Train every model of a stack by a few more epochs, `windows.workers` models side by side."""
     kernel(problem.model.structure)  # generated once, not by every thread
     with threads_of(windows.workers) as pool:
         jobs = [pool.submit(_member, problem, windows, stack[m], m, epochs) for m in range(len(stack))]
@@ -234,17 +216,7 @@ def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -
 
     They are drawn from the epoch's own seed, so that a resumed training sees the same mini-batches.
 
-    Args:
-        problem: models and data.
-        windows: settings of the training.
-        member: number of the model in the stack.
-        epoch: number of the epoch, from 0.
-
-    Returns:
-        First samples of the windows, shape (batches, windows per batch).
-
-    Raises:
-        BadInput: when no training experiment is as long as the horizon.
+    Gives (batches, windows per batch).
     """
     starts = problem.data.window_starts(problem.runs[member], windows.horizon)
     if not len(starts):
@@ -258,13 +230,7 @@ def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -
 def fall(windows: Windows, epoch: int, count: int) -> Array:
     """Return the learning rates of the mini-batches of an epoch, relative to the first one: a cosine.
 
-    Args:
-        windows: settings of the training.
-        epoch: number of the epoch, from 0.
-        count: number of mini-batches.
-
-    Returns:
-        Relative learning rates, shape (count,), 1 at the start of the training and 0 after its end.
+    Gives (count,).
 
     Examples:
         >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()
@@ -293,15 +259,7 @@ def _epoch(problem: Problem, windows: Windows, state: Progress, member: int, C_x
 
 
 def finished(model: Nnap, stack: list[Progress]) -> Nnap:
-    """Put the weights and parameters that training reached into a stack.
-
-    Args:
-        model: stack of models, which is changed in place.
-        stack: state of the training of every model.
-
-    Returns:
-        The same stack.
-    """
+    """Put the weights and parameters that training reached into a stack."""
     with torch.no_grad():
         for m, state in enumerate(stack):
             model.weights[m] = torch.from_numpy(state.weights)

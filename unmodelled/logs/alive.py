@@ -19,10 +19,7 @@ MOVES = 0.5
 def check_alive(system: System, logs: Sequence[Columns], faults: Faults) -> None:
     """Refuse outputs that change in no experiment, or that stand still while their drives move.
 
-    Args:
-        system: system whose outputs are checked.
-        logs: columns of all experiments, SI.
-        faults: collection of faults, to which one is added per log and output.
+    Takes logs in SI.
     """
     for output in system.outputs:
         moving = [log for log in logs if _change(log, output) > 0.0]
@@ -37,13 +34,8 @@ def check_alive(system: System, logs: Sequence[Columns], faults: Faults) -> None
 
 
 def is_dead(system: System, output: Output, moving: Sequence[Columns], still: Columns) -> bool:
-    """Return whether an output stands still although its drive and the model say that it should have moved.
-
-    Args:
-        system: system of the output.
-        output: output that does not change in `still`.
-        moving: logs, one or more, in which it changes.
-        still: log in which it does not.
+    """Return whether an output stands still although its drive and the model say that it should
+    have moved.
     """
     drives = drives_of(system, output)
     steady = not any(_change(each, u) for each in moving for u in drives)
@@ -91,12 +83,7 @@ def _expected(
 
 
 def check_size(log: Columns, system: System) -> None:
-    """Refuse a log of which an output changes by less than can be computed with.
-
-    Args:
-        log: columns of one experiment, as logged.
-        system: system whose outputs are checked.
-    """
+    """Refuse a log of which an output changes by less than can be computed with."""
     for column in (output.column for output in system.outputs):
         values = log.values[column]
         if len(values) and 0.0 < np.ptp(values) < SMALLEST:
@@ -107,12 +94,7 @@ def check_size(log: Columns, system: System) -> None:
 
 
 def drives_of(system: System, output: Output) -> list[Input]:
-    """Return the inputs that drive an output: those of its joint, or else the first that act on it.
-
-    Args:
-        system: system of the output.
-        output: output, such as the position of a joint.
-    """
+    """Return the inputs that drive an output: those of its joint, or else the first that act on it."""
     seen = output.expression.free_symbols
     for port in system.ports:
         if port.load is not None and {str(x) for x in seen} & {*port.coordinates}:

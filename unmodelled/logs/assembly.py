@@ -44,11 +44,7 @@ LONGEST_BRIDGE = 0.1
 
 
 def units_of(system: System) -> dict[str, str]:
-    """Return the columns that a log of a system must have, with the units in which they are logged.
-
-    Args:
-        system: system whose inputs and outputs name the columns.
-    """
+    """Return the columns that a log of a system must have, with the units in which they are logged."""
     return {"t": "s", **{s.column: s.column_unit for s in _signals(system)}}
 
 
@@ -57,12 +53,7 @@ def _signals(system: System) -> list[Input | Output]:
 
 
 def in_si(log: Columns, system: System) -> Columns:
-    """Return a log with all columns in SI units.
-
-    Args:
-        log: columns of one experiment, as logged.
-        system: system whose inputs and outputs give the units of the columns.
-    """
+    """Return a log with all columns in SI units."""
     scaled = {s.column: s.logged for s in _signals(system) if s.logged is not None}
     values = {
         name: scaled[name].to_si(column) if name in scaled else column for name, column in log.values.items()
@@ -78,19 +69,7 @@ def assembled(
     provenance: Mapping[str, Any],
     faults: Faults,
 ) -> Logs:
-    """Return logs on one uniform clock, with states.
-
-    Args:
-        system: system of the logs.
-        path: path of the table of experiments, for messages.
-        table: header and rows of the table of experiments, as text.
-        logs: columns of the experiments, those with a fault left out.
-        provenance: origin of the data.
-        faults: faults of the logs, which are refused together with those of the table.
-
-    Raises:
-        BadInput: a line for every fault, which names file, row and column.
-    """
+    """Return logs on one uniform clock, with states."""
     found = Faults()
     check_alive(system, logs, faults)
     with found.collected():
@@ -155,15 +134,7 @@ def _moving(piece: Columns, pieces: Sequence[Columns], system: System) -> bool:
 
 
 def check_log(log: Columns, system: System) -> None:
-    """Refuse a log without a usable clock, or with an output that changes too little.
-
-    Args:
-        log: columns of one experiment.
-        system: system whose outputs are checked.
-
-    Raises:
-        BadInput: a line for every fault, which names row and column.
-    """
+    """Refuse a log without a usable clock, or with an output that changes too little."""
     faults = Faults()
     with faults.collected():
         check_time(log)

@@ -21,17 +21,7 @@ LARGEST = 1e100
 def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
     """Return the finite numbers in a column of a data frame; dates and durations in `t` in s since the first.
 
-    Args:
-        path: path of the file, or name of the frame.
-        name: name of the column.
-        column: column of the frame.
-
-    Returns:
-        Numbers of the column, shape (rows,).
-
-    Raises:
-        BadInput: when a cell is no number, or beyond any measurement; it names the row of the first one,
-            counted from 1, and how many there are.
+    Gives (rows,).
     """
     kind = column.dtype
     if name == "t" and (since := _since_first(column)) is not None:
@@ -77,13 +67,7 @@ def _number(cell: object) -> float | None:
 def check_finite(path: Path, column: str, values: Array) -> None:
     """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
 
-    Args:
-        path: path of the file.
-        column: name of the column.
-        values: numbers of the column, shape (samples,).
-
-    Raises:
-        BadInput: when there is one; it names the row of the first, and how many more there are.
+    Takes values (samples,).
     """
     bad = np.flatnonzero(~(np.abs(values) < LARGEST))
     if len(bad):
@@ -92,25 +76,12 @@ def check_finite(path: Path, column: str, values: Array) -> None:
 
 
 def shown(text: str) -> str:
-    """Return a user's text, quoted and on one line.
-
-    Args:
-        text: text of any length; its first 30 characters are shown.
-    """
+    """Return a user's text, quoted and on one line."""
     return repr(text[:30])
 
 
 def no_number(path: Path, row: int, column: str, cell: str, count: int, advice: str = "") -> BadInput:
-    """Return the error that a cell is no finite number.
-
-    Args:
-        path: path of the file, or name of the frame.
-        row: row of the first such cell, counted from 1.
-        column: name of the column.
-        cell: cell as a message shows it.
-        count: number of such cells in the column.
-        advice: end of the sentence, what to write instead; default: none.
-    """
+    """Return the error that a cell is no finite number."""
     more = f" (the first of {count} such rows)" if count > 1 else ""
     place = f"{path}: row {row}: column {column}"
     return BadInput(f"{place}: {cell} is not a finite number below {LARGEST:g}{advice}{more}")

@@ -30,14 +30,7 @@ UNITS = {"milliseconds": 1e3, "microseconds": 1e6}  # in a second
 
 
 def check_time(log: Columns) -> None:
-    """Check column `t` of a log.
-
-    Args:
-        log: columns of one log, `t` in s among them.
-
-    Raises:
-        BadInput: when the log is too short, time does not increase, or gaps leave no part of 50 samples.
-    """
+    """Check column `t` of a log."""
     t, path = log.values["t"], log.path
     if len(t) == 0:
         raise BadInput(f"{path}: row 1: column t: no rows below it")
@@ -62,12 +55,6 @@ def check_time(log: Columns) -> None:
 
 def parts(log: Columns) -> list[Columns]:
     """Return the parts of a log between gaps of more than five sampling periods, at least 50 samples each.
-
-    Args:
-        log: columns of one log, `t` in s among them, which increases.
-
-    Raises:
-        BadInput: when gaps leave no part of 50 samples.
 
     Examples:
         >>> from pathlib import Path
@@ -97,12 +84,6 @@ def common_period(logs: Sequence[Columns]) -> float:
 
     It is the median over logs whose periods agree within 1 %, and the longest one otherwise: reading a log
     more often than it was sampled would add samples that nothing measured.
-
-    Args:
-        logs: columns of all logs, `t` in s among them.
-
-    Raises:
-        BadInput: when one log has another unit of time, or fewer than 50 samples of the common period.
     """
     medians = np.array([np.median(np.diff(log.values["t"])) for log in logs])
     shortest = float(medians.min())
@@ -169,13 +150,7 @@ def _resolution(t: Array) -> float:
 def uniform_clock(t: Array, period: float) -> tuple[Array, float]:
     """Return the instants at which to read a log so that its samples are uniform, and how far samples moved.
 
-    Args:
-        t: logged time, shape (samples,), s.
-        period: sampling period, s.
-
-    Returns:
-        Logged times of the uniform samples, shape (uniform samples,), s, `t` itself if it is uniform already;
-        the largest distance of a logged sample from the nearest uniform one, in periods.
+    Takes t (samples,) in s, period in s; gives (uniform samples,) in s.
 
     Examples:
         >>> import numpy as np
@@ -196,14 +171,7 @@ def read_at(t: Array, values: Array, instants: Array, kind: Kind) -> Array:
     A cubic spline keeps the motion of an output, which is smooth; straight lines keep an input, which jumps,
     within what was commanded.
 
-    Args:
-        t: logged time, shape (samples,), s or samples.
-        values: logged values, shape (samples,).
-        instants: instants of interest, shape (instants,), in the unit of `t`.
-        kind: interpolation between samples, "cubic" or "linear".
-
-    Returns:
-        Values at the instants, shape (instants,), in their unit.
+    Takes t (samples,), values (samples,), instants (instants,); gives (instants,).
     """
     if instants is t:
         return values
@@ -230,9 +198,7 @@ class Splines:
     def of(cls, values: Array, offsets: Offsets) -> Splines:
         """Return the splines through samples.
 
-        Args:
-            values: samples of all experiments one after the other, shape (samples,).
-            offsets: first samples of the experiments and the number of all, shape (experiments + 1,).
+        Takes values (samples,), offsets (experiments + 1,).
         """
         pieces = np.zeros((4, len(values)))
         pieces[3] = values
@@ -243,12 +209,7 @@ class Splines:
     def ahead(self, steps: float, rows: Rows = EVERY) -> Array:
         """Return the values some samples later.
 
-        Args:
-            steps: number of samples, of any sign, not necessarily whole.
-            rows: samples of interest, shape (rows,), default all.
-
-        Returns:
-            Values, shape (rows,).
+        Takes rows (rows,); gives (rows,).
 
         Examples:
             >>> import numpy as np
@@ -269,15 +230,7 @@ class Splines:
 def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[float], kind: Kind) -> Array:
     """Return uniform samples after a delay of every column, held beyond the ends of every experiment.
 
-    Args:
-        values: samples of all experiments one after the other, shape (samples, columns).
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        period: sampling period, s.
-        delays: delay of every column, s; a negative one reads the column ahead.
-        kind: interpolation between samples, "linear" for inputs and "cubic" for outputs and states.
-
-    Returns:
-        Delayed samples, shape (samples, columns), in the units of `values`.
+    Takes values (samples, columns), offsets (experiments + 1,), period in s; gives (samples, columns).
 
     Examples:
         >>> import numpy as np

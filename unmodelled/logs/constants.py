@@ -14,21 +14,12 @@ PART = ".part"
 
 
 def logged(system: System) -> list[str]:
-    """Return the names of the constants that are columns of experiments.csv.
-
-    Args:
-        system: system whose operating point is read.
-    """
+    """Return the names of the constants that are columns of experiments.csv."""
     return [constant.name for constant in system.operating_point if constant.values is None]
 
 
 def part_name(record: str, number: int) -> str:
-    """Return the id of a part of a log that was cut at its gaps.
-
-    Args:
-        record: id of the log.
-        number: number of the part, from 1.
-    """
+    """Return the id of a part of a log that was cut at its gaps."""
     return f"{record}{PART}{number}"
 
 
@@ -39,17 +30,6 @@ def with_constants(
 
     The column takes the place of a column of that name. A part of a log that was cut at its gaps has the
     value of the log, unless it has one of its own.
-
-    Args:
-        system: system whose constants are wanted.
-        experiments: table with the column `id`, a row per experiment.
-        places: beginnings of error messages about the experiments: file, row and column, one per experiment.
-
-    Returns:
-        The table, and notes on experiments that the system file does not name.
-
-    Raises:
-        BadInput: when a constant has no value for an experiment.
     """
     columns, notes = {}, []
     for constant in system.operating_point:
@@ -71,10 +51,6 @@ def with_constants(
 
 def is_given(constant: Constant, name: str) -> bool:
     """Return whether the system file lists the value of an experiment.
-
-    Args:
-        constant: constant of the system file.
-        name: id of the experiment.
 
     Examples:
         >>> is_given(Constant("wear", "N", {"run1": 0.1}), "run1.part2")

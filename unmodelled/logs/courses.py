@@ -49,11 +49,7 @@ class Courses:
 
     @classmethod
     def of(cls, logs: Logs) -> Courses:
-        """Return the filled samples of experiments.
-
-        Args:
-            logs: logs of the experiments.
-        """
+        """Return the filled samples of experiments."""
         starts = logs.offsets[:-1]
         missing = [max(logs.gap(i) or 1, 1) - 1 for i in range(len(logs))]
         if not any(missing):
@@ -67,11 +63,7 @@ class Courses:
     def filled(self, values: Array) -> Array:
         """Return the filled samples of tables.
 
-        Args:
-            values: samples, shape (tables * samples, columns).
-
-        Returns:
-            Filled samples, shape (tables * filled samples, columns).
+        Takes values (tables * samples, columns); gives (tables * filled samples, columns).
         """
         samples, columns = len(self.logs.t), values.shape[1]
         if len(self.before) == samples:
@@ -84,9 +76,7 @@ class Courses:
     def levels(self, runs: Iterable[int], numbers: Sequence[Array]) -> list[list[Stretch]]:
         """Return the stretches that lead to some experiments, first those that start a record.
 
-        Args:
-            runs: numbers of the experiments.
-            numbers: numbers of the system, shape (experiments, ...) each, that must not change in a stretch.
+        Takes numbers (experiments, ...).
         """
         levels: list[list[Stretch]] = []
         for record in self._records(set(runs)):

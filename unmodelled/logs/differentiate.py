@@ -29,11 +29,7 @@ def noise(y: Array) -> float:
     order with the lowest estimate is taken; the median makes it robust to corners and jumps. A quantised
     signal has at least the noise of its quantum, quantum / sqrt(12).
 
-    Args:
-        y: samples of one experiment, shape (samples,), at least ten of them.
-
-    Returns:
-        Standard deviation, in the unit of `y`; 0 for a constant.
+    Takes y (samples,).
 
     Examples:
         >>> import numpy as np
@@ -52,8 +48,7 @@ def noise(y: Array) -> float:
 def resolution(parts: Sequence[Array]) -> float:
     """Return the smallest quantum that any experiment shows; 0 if there is none.
 
-    Args:
-        parts: samples of every experiment, each of shape (samples,).
+    Takes parts (samples,).
     """
     return min(filter(None, map(quantum, parts)), default=0.0)
 
@@ -61,8 +56,7 @@ def resolution(parts: Sequence[Array]) -> float:
 def quantum(y: Array) -> float:
     """Return the step that separates the levels of a visibly quantised signal; 0 if there is none.
 
-    Args:
-        y: samples of one experiment, shape (samples,).
+    Takes y (samples,).
 
     Examples:
         >>> import numpy as np
@@ -119,15 +113,7 @@ def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tu
     and last samples of an experiment, where half a window is missing, have a width of their own, chosen in
     the same way for one-sided windows.
 
-    Args:
-        y: positions, the experiments' samples one after the other, shape (samples,).
-        offsets: first samples of the experiments, at least ten each, and the number of all samples, shape
-            (experiments + 1,).
-        period: sampling period, s.
-
-    Returns:
-        Smoothed position and velocity, both of shape (samples,), in the unit of `y` and per second; the width
-        of the filter, in samples.
+    Takes y (samples,), offsets (experiments + 1,), period in s; gives (samples,).
 
     Examples:
         >>> import numpy as np

@@ -28,20 +28,6 @@ def event_times(logs: Logs, system: System, event: str) -> pd.DataFrame:
 
     The event's expression is evaluated on the states that the outputs show. A parabola is fitted to its first
     lasting fall through zero, broken off at zero where the model holds it there afterwards (locked shafts).
-
-    Args:
-        logs: measured experiments, prepared for `system`.
-        system: system with the event.
-        event: name of the event.
-
-    Returns:
-        Table with a row per experiment: id, time (s since its start), deviation (s; standard error of the
-        time, from the residuals of the fit).
-
-    Raises:
-        BadInput: when there is no such event, when its expression needs a state that no output shows or a
-            parameter that is to be identified, or when in an experiment it has no finite value or never
-            happens.
     """
     if names(system) != (logs.outputs, logs.inputs, logs.states, logs.constants):
         raise BadInput(f"system {system.name}: its names are not those of the logs")

@@ -22,16 +22,7 @@ ORIGIN = {"data": "measured", "description": "data frames"}
 def read_frames(
     frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
 ) -> Logs:
-    """Read data frames as `Logs.from_frames` says.
-
-    Args:
-        frames: experiments by their ids.
-        system: system whose inputs and outputs name the columns.
-        experiments: optional table of the experiments, with their ids as index.
-
-    Raises:
-        BadInput: a line for every fault, which names frame, row and column.
-    """
+    """Read data frames as `Logs.from_frames` says."""
     table, faults, logs = _table(list(frames), experiments), Faults(), []
     if frames:
         refuse_missing("experiments: row 1", "the table", table[0], logged(system))

@@ -63,14 +63,7 @@ class Address:
 
 
 def is_hdf5(path: Path) -> bool:
-    """Return whether a file begins as an HDF5 file does.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when it is no regular file, or cannot be read.
-    """
+    """Return whether a file begins as an HDF5 file does."""
     check_file(path)
     try:
         with path.open("rb") as file:
@@ -81,17 +74,7 @@ def is_hdf5(path: Path) -> bool:
 
 
 def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Faults) -> dict[Address, Columns]:
-    """Read columns of logs.
-
-    Args:
-        places: n experiments in HDF5 files.
-        units: name of a wanted column -> its unit.
-        faults: collector of the faults of each experiment: a damaged file, or a dataset that is missing, is
-            no column of finite numbers, or has an attribute `unit` of another unit.
-
-    Returns:
-        The experiments without a fault.
-    """
+    """Read columns of logs."""
     found: dict[Address, Columns] = {}
     if not places:
         return found
@@ -106,17 +89,8 @@ def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Fault
 
 
 def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows, dict[str, Any]]:
-    """Read which experiments an HDF5 file holds, one in every group, as a table of text like experiments.csv.
-
-    Args:
-        path: HDF5 file.
-        constants: names of attributes that every group must have.
-
-    Returns:
-        Header (`id`, `file`, the names of all attributes), rows, and the provenance.
-
-    Raises:
-        BadInput: naming the group, when there is none, one lacks a constant, or the file is damaged.
+    """Read which experiments an HDF5 file holds, one in every group, as a table of text like
+    experiments.csv.
     """
     place = Address(path)
     with pool_of(1) as pool:
@@ -145,27 +119,7 @@ def write_hdf5(
 ) -> None:
     """Write a campaign as one HDF5 file, which `read_logs` takes in place of a log folder.
 
-    Args:
-        path: file to write or replace.
-        experiments: (n rows) `id` and what else describes an experiment: numbers and text become attributes.
-        samples: one log per experiment: column `t` (s) and further columns, each of shape (samples,).
-        units: name of a column -> its unit, where it is known.
-        provenance: origin of the data.
-
-    Raises:
-        BadInput: when an id cannot be the name of a group, or the file cannot be written.
-
-    Example:
-        >>> from tempfile import TemporaryDirectory
-        >>> table = pd.DataFrame({"id": ["run1", "run2"], "m": [0.5, 0.7]})
-        >>> t = 0.01 * np.arange(60)
-        >>> samples = [{"t": t, "x": np.sin(t)}, {"t": t, "x": np.cos(t)}]
-        >>> with TemporaryDirectory() as folder:
-        ...     path = Path(folder) / "campaign.h5"
-        ...     write_hdf5(path, table, samples, {"t": "s", "x": "m"}, {"data": "measured"})
-        ...     is_hdf5(path), read_campaign(path, ["m"])[:2]
-        (True, (['id', 'file', 'm'],
-         [(1, ['run1', 'campaign.h5:/run1', '0.5']), (2, ['run2', 'campaign.h5:/run2', '0.7'])]))
+    Takes samples (samples,).
     """
     import h5py
 

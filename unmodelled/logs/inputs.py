@@ -24,17 +24,6 @@ LogsGiven: TypeAlias = Logs | Path | str | pd.DataFrame | Sequence[pd.DataFrame]
 def read_inputs(system: SystemGiven, logs: LogsGiven) -> tuple[System, Logs]:
     """Return the system and the logs that a caller gives in any form.
 
-    Args:
-        system: system, path of a system file, or a result with a system, such as an answer.
-        logs: logs, path of a log folder or file, or data frames as `Logs.from_frames` takes them: by their
-            ids, in a list (run1, run2, ...), or one, which its column `experiment`, if there is one, divides.
-
-    Returns:
-        System and logs.
-
-    Raises:
-        BadInput: when they cannot be used.
-
     Examples:
         >>> import unmodelled as um
         >>> system, logs = um.example("pendulum")

@@ -373,11 +373,7 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:
-    """Return the names of the outputs, inputs, states and constants of a system.
-
-    Args:
-        system: system with the names.
-    """
+    """Return the names of the outputs, inputs, states and constants of a system."""
     return (
         tuple(item.name for item in system.outputs),
         tuple(item.name for item in system.inputs),
@@ -389,11 +385,6 @@ def names(system: System) -> tuple[Names, Names, Names, Names]:
 def as_logged(item: Logged, values: Array) -> Array:
     """Return values of a signal in the unit of its column.
 
-    Args:
-        item: input, output or constant.
-        values: values, any shape, in the unit of the system file, which is SI.
-
-    Returns:
-        Values, in the shape of the given ones.
+    Takes values (any shape); gives (shape of the given).
     """
     return values if item.logged is None else item.logged.from_si(values)

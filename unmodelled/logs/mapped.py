@@ -47,11 +47,7 @@ class Samples(Columns):
     numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))
 
     def row(self, i: int) -> int:
-        """Return the row of a sample in its file.
-
-        Args:
-            i: number of the sample, from 0.
-        """
+        """Return the row of a sample in its file."""
         return int(self.numbers[min(i, len(self.numbers) - 1)]) if len(self.numbers) else 1
 
 
@@ -63,18 +59,7 @@ class _Experiment:
 
 
 def read_mapped(place: Path, system: System) -> Logs | None:
-    """Read the experiments that a mapping describes.
-
-    Args:
-        place: mapping file, or a log folder with one.
-        system: system whose inputs and outputs name the signals.
-
-    Returns:
-        The experiments on one uniform clock; None if `place` has no mapping.
-
-    Raises:
-        BadInput: a line for every fault, which names file and key, or file, row and column.
-    """
+    """Read the experiments that a mapping describes."""
     path = mapping_of(place)
     if path is None:
         return None

@@ -55,14 +55,7 @@ class ByFile:
     node: Node
 
     def of(self, path: Path) -> str:
-        """Return the value of an experiment.
-
-        Args:
-            path: path of its file, with the group in it if that is the experiment.
-
-        Raises:
-            BadInput: when no pattern matches.
-        """
+        """Return the value of an experiment."""
         name = Path(os.path.relpath(path, self.node.file.parent)).as_posix()
         for pattern, value in self.values.items():
             if fnmatchcase(name, pattern):
@@ -130,11 +123,7 @@ class LogMapping:
     node: Node
 
     def paths(self) -> dict[str, Path]:
-        """Return the files and folders that the patterns match, by the id of their experiment, in order.
-
-        Raises:
-            BadInput: when a pattern matches nothing.
-        """
+        """Return the files and folders that the patterns match, by the id of their experiment, in order."""
         found: dict[Path, None] = {}
         for k, pattern in enumerate(self.files):
             # Path.glob takes no pattern with ".." and none that is absolute
@@ -165,14 +154,7 @@ def _named(paths: list[Path]) -> dict[str, Path]:
 
 
 def mapping_of(place: Path) -> Path | None:
-    """Return the path of the mapping that a user names as logs; None if it is another kind of logs.
-
-    Args:
-        place: mapping file, or a log folder with one.
-
-    Raises:
-        BadInput: when a folder has a mapping and experiments.csv.
-    """
+    """Return the path of the mapping that a user names as logs; None if it is another kind of logs."""
     if place.suffix.lower() in _ENDINGS and not place.is_dir():
         return place
     if not (place / MAPPING).exists():
@@ -185,14 +167,7 @@ def mapping_of(place: Path) -> Path | None:
 
 
 def read_mapping(path: Path) -> LogMapping:
-    """Read a mapping file.
-
-    Args:
-        path: YAML file.
-
-    Raises:
-        BadInput: when it is no mapping; the message names file, line and key.
-    """
+    """Read a mapping file."""
     root = load_yaml(path, "mapping")
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:

@@ -43,15 +43,7 @@ class Observer:
 
     @classmethod
     def of(cls, system: System, shown: Sequence[Reading]) -> Observer:
-        """Return the observer of the states that no output shows.
-
-        Args:
-            system: system with the known laws of its ports.
-            shown: readings of all other states.
-
-        Raises:
-            BadInput: when the initial values of hidden states depend on each other in a circle.
-        """
+        """Return the observer of the states that no output shows."""
         hidden, states = hidden_states(system, shown), without_beside(system, shown)
         names = [system.x[k] for k in hidden]
         starts = [system.states[k].initial.xreplace(states) for k in hidden]
@@ -99,17 +91,8 @@ class Observer:
         that was cut into experiments is integrated from its first sample, through the gaps between them. An
         experiment whose record has no beginning in `logs` starts at its state in `logs`.
 
-        Args:
-            logs: logs of all experiments.
-            driven: inputs and imposed states of `columns`, shape (tables * samples, columns).
-            shift: rows of `driven` before the table that a set of parameters reads, shape (sets,).
-            at: rows of interest: their experiments, and their samples since the start, shape (rows,) each.
-            p: parameters, shape (experiments, sets, parameters), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            substeps: integration steps per sampling period, default 4; more where these are unstable.
-
-        Returns:
-            States, shape (rows, sets, hidden states), SI; not finite where the integration diverges.
+        Takes driven (tables * samples, columns), shift (sets,), at (rows,), p (experiments, sets, parameters)
+        in SI, c (experiments, constants) in SI; gives (rows, sets, hidden states) in SI.
         """
         courses = Courses.of(logs)
         levels = courses.levels(at[0].tolist(), [p[:, :, self.parameters], c])
@@ -127,15 +110,8 @@ class Observer:
     ) -> Array:
         """Integrate from samples at which the states are as at the start of a record, see `states`.
 
-        Args:
-            windows: samples from these to those of interest; inputs and imposed states of `columns`.
-            p: parameters, shape (experiments, sets, parameters), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            logs: logs of all experiments.
-            substeps: integration steps per sampling period, default 4; more where these are unstable.
-
-        Returns:
-            States at the ends of the windows, shape (windows, sets, hidden states), SI.
+        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI; gives (windows, sets,
+        hidden states) in SI.
         """
         x0, every = self._starts(windows, p, c), np.arange(len(windows.start))
 

@@ -33,13 +33,6 @@ def prepare(system: System, logs: Logs) -> Logs:
     samples. Every other state is integrated from its initial value with these imposed. Logs that were
     prepared for another system with the same inputs and outputs are prepared anew; preparing twice for one
     system changes nothing.
-
-    Args:
-        system: system whose delays and states are wanted.
-        logs: measured experiments, with the inputs, outputs and operating point of `system`.
-
-    Raises:
-        BadInput: when names differ, a delay is as long as an experiment, or an integrated state diverges.
     """
     if (logs.outputs, logs.inputs, logs.constants) != (wanted := names(system))[:2] + wanted[3:]:
         raise BadInput(f"system {system.name}: inputs, outputs or operating point are not those of the logs")
@@ -50,15 +43,8 @@ def prepare(system: System, logs: Logs) -> Logs:
 
 
 def prepared_for(system: System, logs: Logs) -> Logs:
-    """Return the experiments prepared for a system that may have further constants, as an augmented one has.
-
-    Args:
-        system: system with the inputs and outputs of `logs`, and values of the constants that the logs lack.
-        logs: measured experiments.
-
-    Raises:
-        BadInput: when a constant has no value for an experiment, names of inputs or outputs differ, a delay
-            is as long as an experiment, or an integrated state diverges.
+    """Return the experiments prepared for a system that may have further constants, as an augmented
+    one has.
     """
     places = [f"experiment {name}" for name in logs.ids]
     table, notes = with_constants(system, logs.experiments, places)
@@ -73,10 +59,6 @@ def several(system: System, logs: Logs) -> Logs:
     """Return a record that is alone as several experiments, one after the other, with a note.
 
     Two or more experiments stay as they are, and so does a record that is too short.
-
-    Args:
-        system: system that the logs are prepared for.
-        logs: measured experiments, with the states of `system`.
     """
     count = min(PARTS, len(logs.t) // SHORTEST_LOG)
     if len(logs) > 1 or count < 2:
@@ -103,16 +85,7 @@ def several(system: System, logs: Logs) -> Logs:
 
 
 def with_delays(system: System, logs: Logs) -> Logs:
-    """Return the experiments with the inputs of `system` after its delays; the states stay as they are.
-
-    Args:
-        system: system whose input delays are wanted.
-        logs: experiments, whose inputs act after `logs.delays`. The difference is applied: inputs run
-            straight between samples and are held beyond the ends.
-
-    Raises:
-        BadInput: when the difference is as long as an experiment.
-    """
+    """Return the experiments with the inputs of `system` after its delays; the states stay as they are."""
     wanted = tuple(item.delay for item in system.inputs)
     more = [new - old for new, old in zip(wanted, logs.delays or [0.0] * len(wanted), strict=True)]
     shortest = int(np.argmin(np.diff(logs.offsets)))
@@ -208,11 +181,7 @@ def _beside(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> A
 
 
 def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> Array:
-    """States that no output shows along the experiments, (samples, such states), the others of `x` imposed.
-
-    Raises:
-        BadInput: when a state diverges, naming it, the experiment and the time.
-    """
+    """States that no output shows, (samples, such states), the others of `x` imposed."""
     hidden = hidden_states(system, shown)
     sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
     driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)

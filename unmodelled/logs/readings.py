@@ -48,10 +48,6 @@ def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True)
 
     An output that is a state goes before one that is a function of it. An output of several states shows the
     one that is neither known from other outputs nor from the inputs alone.
-
-    Args:
-        system: system whose states and outputs are compared.
-        usable: function that tells whether a reading of an output may be used; default: all may.
     """
     found: dict[int, Reading] = {}
     forgetful, known = _forgetful(system), set[sp.Symbol]()
@@ -74,22 +70,14 @@ def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True)
 
 
 def without_beside(system: System, found: Sequence[Reading]) -> dict[sp.Symbol, sp.Expr]:
-    """Return the states that outputs show together with others, in terms of what they show and of the others.
-
-    Args:
-        system: system whose states are read.
-        found: readings of the system.
+    """Return the states that outputs show together with others, in terms of what they show and of
+    the others.
     """
     return {system.x[r.state]: system.x[r.state] - r.beside for r in found if r.beside != 0}
 
 
 def hidden_states(system: System, found: Sequence[Reading]) -> list[int]:
-    """Return the indices of the states that no output shows.
-
-    Args:
-        system: system whose states are read.
-        found: readings of the system.
-    """
+    """Return the indices of the states that no output shows."""
     shown = {reading.state for reading in found}
     return [k for k in range(len(system.states)) if k not in shown]
 

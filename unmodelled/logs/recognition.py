@@ -41,15 +41,7 @@ COMMENT = ("#", "%", "//")
 
 
 def foreign(path: Path, wanted: str) -> BadInput | None:
-    """Return the error that a file is by its first bytes, and what to do; None for what may be a CSV file.
-
-    Args:
-        path: path of the file.
-        wanted: name of the kind of file that it should be.
-
-    Raises:
-        OSError: when the file cannot be read.
-    """
+    """Return the error that a file is by its first bytes, and what to do; None for what may be a CSV file."""
     with path.open("rb") as file:
         start = file.read(4096)
     kinds: Sequence[tuple[bytes, str, str]] = FORMATS
@@ -62,16 +54,7 @@ def foreign(path: Path, wanted: str) -> BadInput | None:
 
 
 def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a header that lacks some columns, saying what it has instead.
-
-    Args:
-        path: path of the file.
-        header: cells of row 1, cut at commas.
-        wanted: names of columns that it must have.
-
-    Raises:
-        BadInput: always; one line for every fault that the file has.
-    """
+    """Refuse a header that lacks some columns, saying what it has instead."""
     rows, separator = _start(path), _separator(header, wanted)
     place = f"{path}: row 1"
     faults = Faults()
@@ -94,17 +77,7 @@ def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> N
 
 
 def refuse_missing(place: str, holder: str, names: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a table that lacks some columns, saying which name it may have instead.
-
-    Args:
-        place: file, and row or group in it, with which the message begins.
-        holder: word for the part that has the names of the columns: the header, or the group.
-        names: names of the columns of the table.
-        wanted: names of columns that it must have.
-
-    Raises:
-        BadInput: when it does, with one line for every column that is missing.
-    """
+    """Refuse a table that lacks some columns, saying which name it may have instead."""
     faults = Faults()
     spare = {_plain(name): name for name in names if name and name not in wanted}
     for name in (name for name in wanted if name not in names):
@@ -115,11 +88,7 @@ def refuse_missing(place: str, holder: str, names: Sequence[str], wanted: Sequen
 
 
 def odd_row(cells: Sequence[str]) -> str:
-    """Return the end of a message about a row that has not as many cells as the header.
-
-    Args:
-        cells: cells of the row.
-    """
+    """Return the end of a message about a row that has not as many cells as the header."""
     if cells[0].startswith(COMMENT):
         return "; it is a comment: delete it"
     if all(NUMBER.fullmatch(cell) for cell in cells):
@@ -128,11 +97,7 @@ def odd_row(cells: Sequence[str]) -> str:
 
 
 def not_utf8(path: Path) -> str:
-    """Return the end of a message about a file that is not UTF-8 text: the row where it stops being so.
-
-    Args:
-        path: path of the file.
-    """
+    """Return the end of a message about a file that is not UTF-8 text: the row where it stops being so."""
     with path.open("rb") as file:
         for row, line in enumerate(file, start=1):
             try:

@@ -71,14 +71,7 @@ class Record:
         self.assumed: set[str] = set()
 
     def find(self, column: Column) -> Found:
-        """Return a column by its name with its table, or alone where only one table has it.
-
-        Args:
-            column: column as the mapping names it.
-
-        Raises:
-            BadInput: when there is none, or several.
-        """
+        """Return a column by its name with its table, or alone where only one table has it."""
         for alone in (False, True):
             found = [at for table in self.tables if (at := _in(table, column.name, alone))]
             if len(found) == 1:
@@ -97,14 +90,7 @@ class Record:
     def numbers(self, column: Column) -> tuple[Found, Array]:
         """Return a column of numbers.
 
-        Args:
-            column: column as the mapping names it.
-
-        Returns:
-            Its place, and its numbers, shape (rows,).
-
-        Raises:
-            BadInput: when there is none, or it holds text.
+        Gives (rows,).
         """
         found = self.find(column)
         if found.numbers is None:
@@ -116,14 +102,7 @@ class Record:
     def clock(self, table: Table) -> Array:
         """Return the time of every row of a table.
 
-        Args:
-            table: one of the tables.
-
-        Returns:
-            Time, shape (rows,), s, nan where there is none or it is damaged.
-
-        Raises:
-            BadInput: when neither the format nor the mapping gives the time.
+        Gives (rows,) in s.
         """
         t = self._stamps(table)
         return np.where(np.abs(t) < LATEST, t, np.nan)
@@ -178,9 +157,6 @@ def _addresses(table: Table) -> list[str]:
 def parts_of_name(name: str) -> list[str]:
     """Return the groups in which a table lies, from the outermost to the table itself.
 
-    Args:
-        name: name of the table, such as a path in an HDF5 file or a struct inside structs.
-
     Examples:
         >>> parts_of_name("data/demo_3/obs"), parts_of_name("runs[0].motor"), parts_of_name("")
         (['data', 'demo_3', 'obs'], ['runs[0]', 'motor'], [])
@@ -190,13 +166,6 @@ def parts_of_name(name: str) -> list[str]:
 
 def in_groups(tables: Sequence[Table], patterns: Sequence[str]) -> dict[str, list[Table]]:
     """Return the tables of every group that a pattern matches, named as seen from that group.
-
-    Args:
-        tables: tables of a file.
-        patterns: patterns of groups, such as "data/demo_*".
-
-    Returns:
-        Tables by the path of their group, in the order of the file.
 
     Examples:
         >>> tables = [Table("run1", {"q": np.zeros(2)}), Table("run1/cmd", {"u": np.zeros(2)})]
@@ -218,11 +187,9 @@ def in_groups(tables: Sequence[Table], patterns: Sequence[str]) -> dict[str, lis
 def from_start(t: Array) -> Array:
     """Return the time since the first sample, without digits that the clock does not hold.
 
-    Args:
-        t: time of the samples, shape (samples,), s, such as seconds since 1970.
+    Takes t (samples,) in s; gives (samples,) in s.
 
-    Returns:
-        Time, shape (samples,), s.
+    Time of the samples, shape (samples,), s, such as seconds since 1970.
 
     Examples:
         >>> from_start(np.array([1764041247.01, 1764041247.02])).tolist()
@@ -236,9 +203,7 @@ def from_start(t: Array) -> Array:
 def parts_of(t: Array, rows: Rows) -> list[Rows]:
     """Return the parts of a record in which time does not start again.
 
-    Args:
-        t: time of all rows, shape (all,), s.
-        rows: rows of the record, shape (rows,).
+    Takes t (all,) in s, rows (rows,).
     """
     parts, start = [], 0
     back = np.flatnonzero(np.diff(t[rows]) < 0.0) + 1
@@ -255,12 +220,7 @@ def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
     Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up
     arrive together, and a curve through all of them would be steep. The last of them is the least late.
 
-    Args:
-        t: time of all rows, shape (all,), s.
-        rows: rows of a record, shape (rows,).
-
-    Returns:
-        Rows that are left; how many stood before an earlier one; how many repeated a time stamp.
+    Takes t (all,) in s, rows (rows,).
 
     Examples:
         >>> t = np.array([0.0, 0.2, 0.1, 0.2, 0.3])
@@ -280,16 +240,7 @@ def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
 
 
 def check_coarse(where: str, repeated: int, count: int) -> None:
-    """Refuse a clock that is too coarse for its samples.
-
-    Args:
-        where: file, for the message.
-        repeated: number of rows that repeat a time stamp.
-        count: number of all rows.
-
-    Raises:
-        BadInput: when more than a quarter of the rows do.
-    """
+    """Refuse a clock that is too coarse for its samples."""
     if repeated > COARSE * count:
         raise BadInput(
             f"{where}: {repeated} of {count} rows repeat a time stamp: the clock is too coarse, or the wrong "

@@ -15,18 +15,8 @@ def resample(t: Array, signals: Array, period: float, cutoff_share: float = 0.8)
     fourth-order Butterworth run forwards and backwards; its cut-off is `cutoff_share` times the new
     Nyquist frequency.
 
-    Args:
-        t: logged time, shape (samples,), s, increasing.
-        signals: signals to resample, shape (signals, samples).
-        period: new sampling period, s.
-        cutoff_share: cut-off frequency over the new Nyquist frequency, in (0, 1].
-
-    Returns:
-        New time from t[0], shape (new samples,), s; resampled signals, shape (signals, new samples), in their
-        units.
-
-    Raises:
-        ValueError: when the new period is not longer than the old one.
+    Takes t (samples,) in s, signals (signals, samples), period in s; gives (new samples,) and (signals, new
+    samples).
     """
     from scipy.signal import butter, sosfiltfilt  # half a second to load, for whatever reads logs
 

@@ -19,13 +19,7 @@ ORDER = 3
 def kernel(width: int, derivative: int, position: int) -> Array:
     """Return the coefficients that a window of samples is convolved with.
 
-    Args:
-        width: odd number of samples of the window, more than `ORDER`.
-        derivative: order of the derivative, per sample; 0 for the value.
-        position: sample of the window whose value is estimated, from 0 on.
-
-    Returns:
-        Coefficients, shape (width,); the last one is that of the first sample.
+    Gives (width,).
 
     Examples:
         >>> kernel(5, 0, 2).round(3).tolist()
@@ -37,14 +31,7 @@ def kernel(width: int, derivative: int, position: int) -> Array:
 def filtered(y: Array, width: int, derivative: int, period: float) -> Array:
     """Return the smoothed samples or their derivative; half a window at either end lies on one cubic.
 
-    Args:
-        y: uniform samples, shape (samples,), at least `width`.
-        width: odd number of samples of the window, more than `ORDER`.
-        derivative: order of the derivative; 0 for the value.
-        period: sampling period, s.
-
-    Returns:
-        Values, shape (samples,).
+    Takes y (samples,), period in s; gives (samples,).
     """
     half, positions = width // 2, np.arange(width)
     first, last = (_fit(width) @ y[:width], _fit(width) @ y[-width:])

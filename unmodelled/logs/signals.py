@@ -45,15 +45,7 @@ class Channel:
     def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
         """Return the values at the instants of rows of another column, in the unit of the system's column.
 
-        Args:
-            record: file of both columns.
-            base: column whose table gives the instants.
-            t: time of all rows of that table, shape (all,), s.
-            rows: rows of interest, shape (rows,), in the order of time.
-
-        Returns:
-            Values, shape (rows,), nan where this column has none at that time; the end of a note on how it
-            was read, "" if every value stands in its row.
+        Takes t (all,) in s, rows (rows,); gives (rows,).
         """
         found, raw = record.numbers(self.signal.column)
         values, how = self._converted(record, found, raw), ""
@@ -151,15 +143,7 @@ def _known(unit: str | None) -> str | None:
 
 
 def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
-    """Return the outputs and inputs of a system with their signals, the first output first.
-
-    Args:
-        system: system whose columns are wanted.
-        mapping: mapping with a signal for each of them.
-
-    Raises:
-        BadInput: a line for every column without a signal.
-    """
+    """Return the outputs and inputs of a system with their signals, the first output first."""
     faults, found = Faults(), dict[str, Channel]()
     items: list[Input | Output] = [*system.outputs, *system.inputs]
     for item in items:

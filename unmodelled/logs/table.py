@@ -51,11 +51,7 @@ class Columns:
         return next((len(v) for v in self.values.values()), 0)
 
     def row(self, i: int) -> int:
-        """Return the row of a sample: counted from 1, in a CSV file with the header and blank lines.
-
-        Args:
-            i: number of the sample, from 0.
-        """
+        """Return the row of a sample: counted from 1, in a CSV file with the header and blank lines."""
         i += self.first
         if not self.header:
             return i + 1
@@ -65,34 +61,19 @@ class Columns:
     def between(self, start: float, end: float) -> Columns:
         """Return the part of a log from one time to another.
 
-        Args:
-            start: time from which samples count, s.
-            end: time before which samples count, s.
+        Takes start in s, end in s.
         """
         inside = np.flatnonzero((self.values["t"] >= start) & (self.values["t"] < end))
         return self.among(slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0))
 
     def among(self, rows: slice) -> Columns:
-        """Return some successive samples.
-
-        Args:
-            rows: first sample, and the one after the last.
-        """
+        """Return some successive samples."""
         values = {name: column[rows] for name, column in self.values.items()}
         return replace(self, values=values, first=self.first + rows.start)
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
-    """Read some columns of a CSV or Parquet file.
-
-    Args:
-        path: path of the file.
-        names: names of the columns.
-
-    Raises:
-        BadInput: when the file is missing, too large, no table, or lacks or repeats a column, or when a cell
-            in one of them is not a finite number; a line for every column at fault.
-    """
+    """Read some columns of a CSV or Parquet file."""
     check_file(path)
     wanted = list(dict.fromkeys(names))
     try:
@@ -106,16 +87,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
 
 
 def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
-    """Read header and rows of a CSV file as text, stripped; blank lines are skipped.
-
-    Args:
-        path: path of the file.
-        wanted: names of columns that it must have.
-
-    Raises:
-        BadInput: when the file is missing, too large or no table, lacks or repeats one of the columns
-            `wanted`, or a row has another number of cells than the header.
-    """
+    """Read header and rows of a CSV file as text, stripped; blank lines are skipped."""
     check_file(path, OBJECTS)
     records = _records(path)
     header = _header(path, records, wanted)
@@ -123,16 +95,7 @@ def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
 
 
 def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a header that repeats a column or lacks one that is wanted.
-
-    Args:
-        path: path of the file.
-        header: names of the columns.
-        wanted: names of columns that it must have.
-
-    Raises:
-        BadInput: when it does, naming the columns.
-    """
+    """Refuse a header that repeats a column or lacks one that is wanted."""
     faults = Faults()
     with faults.collected():
         check_repeated(path, header)
@@ -143,15 +106,7 @@ def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> No
 
 
 def check_repeated(path: Path, header: Sequence[str]) -> None:
-    """Refuse a header that repeats a column.
-
-    Args:
-        path: path of the file.
-        header: names of the columns.
-
-    Raises:
-        BadInput: a line for every such column.
-    """
+    """Refuse a header that repeats a column."""
     faults = Faults()
     for name, count in Counter(header).items():
         if name and count > 1 and not NUMBER.fullmatch(name):  # numbers: there is no header
@@ -160,18 +115,7 @@ def check_repeated(path: Path, header: Sequence[str]) -> None:
 
 
 def numbers(path: Path, column: str, cells: Rows, at: int) -> list[float]:
-    """Return the finite numbers in one column of rows of text.
-
-    Args:
-        path: path of the file.
-        column: name of the column.
-        cells: rows with their numbers in the file.
-        at: index of the column.
-
-    Raises:
-        BadInput: when a cell is no number, or beyond any measurement; it names the first one, and how many
-            more there are.
-    """
+    """Return the finite numbers in one column of rows of text."""
     found = _Column(path, column)
     for row, line in cells:
         found.add(row, line[at])
@@ -234,16 +178,7 @@ def _records(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> None:
-    """Refuse names of columns and cells that no terminal, page or figure can show.
-
-    Args:
-        path: path of the table.
-        experiments: table with a row per experiment.
-        rows: numbers of these rows in the file.
-
-    Raises:
-        BadInput: when there is one, naming row and column.
-    """
+    """Refuse names of columns and cells that no terminal, page or figure can show."""
     for name in experiments.columns:
         if not is_text(str(name)):
             raise BadInput(f"{path}: row 1: column {shown(str(name))}: the name has a control character")
@@ -255,11 +190,7 @@ def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> N
 
 
 def is_text(text: str) -> bool:
-    """Return whether all characters of a text are printable, or spaces of any width.
-
-    Args:
-        text: any text.
-    """
+    """Return whether all characters of a text are printable, or spaces of any width."""
     return all(c.isprintable() or unicodedata.category(c) == "Zs" for c in text)
 
 

@@ -33,9 +33,6 @@ WORDS = {
 def seconds_of(unit: str) -> float | None:
     """Return how many seconds a unit of time has; None for other units and other texts.
 
-    Args:
-        unit: unit, such as "ms".
-
     Examples:
         >>> seconds_of("ms"), seconds_of("d"), seconds_of("rad")
         (0.001, 86400.0, None)
@@ -52,9 +49,7 @@ def seconds_of(unit: str) -> float | None:
 def unit_of_time(name: str, values: Array) -> str | None:
     """Return the unit of a column of time of which the file gives none; None if nothing tells.
 
-    Args:
-        name: name of the column, whose last word may be its unit, also spelt as no unit is ("Std").
-        values: numbers of the column, shape (rows,). A count of days tells itself by its size and its steps.
+    Takes values (rows,).
 
     Examples:
         >>> unit_of_time("time_ms", np.empty(0)), unit_of_time("stamp", np.empty(0))
@@ -72,8 +67,7 @@ def unit_of_time(name: str, values: Array) -> str | None:
 def looks_like_days(values: Array) -> bool:
     """Return whether numbers are a count of days, as MATLAB and spreadsheets write dates.
 
-    Args:
-        values: numbers of a column of time, shape (rows,).
+    Takes values (rows,).
     """
     known = values[np.isfinite(values)]
     steps = np.diff(known)
@@ -84,12 +78,9 @@ def looks_like_days(values: Array) -> bool:
 def in_seconds(values: Array, seconds: float) -> Array:
     """Return a column of time in s.
 
-    Args:
-        values: numbers of the column, shape (rows,).
-        seconds: seconds in its unit. A count of days becomes one since 1970 first, which leaves more digits.
+    Takes values (rows,); gives (rows,) in s.
 
-    Returns:
-        Time, shape (rows,), s.
+    Seconds in its unit. A count of days becomes one since 1970 first, which leaves more digits.
     """
     beginning = _beginning(values[np.isfinite(values)]) if seconds == DAY else None
     return seconds * (values - (beginning or 0.0))

@@ -65,8 +65,7 @@ class Nnap(nn.Module):
     def physics(self) -> Tensor:
         """Return the parameters of the system, differentiable by `xi`.
 
-        Returns:
-            Parameters, SI, shape (batch, parameters).
+        Gives (batch, parameters) in SI.
         """
         p = self.p.clone()
         if self.structure.index:
@@ -76,14 +75,8 @@ class Nnap(nn.Module):
     def network_inputs(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
         """Return the inputs q of all networks.
 
-        Args:
-            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
-            x: states, shape (batch, samples, states), SI.
-            u: inputs of the system, shape (..., inputs), SI.
-            c: constants of the operating points, shape (..., constants), SI.
-
-        Returns:
-            Inputs of all networks, one network after the other, shape (batch, samples, inputs), SI.
+        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
+        in SI; gives (batch, samples, inputs) in SI.
         """
         system = self.structure.system
         none = x.new_zeros(len(system.ports))
@@ -95,25 +88,15 @@ class Nnap(nn.Module):
     def efforts(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
         """Return the effort of every network, eq. 4.4.
 
-        Args:
-            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
-            x: states, shape (batch, samples, states), SI.
-            u: inputs of the system, shape (..., inputs), SI.
-            c: constants of the operating points, shape (..., constants), SI.
-
-        Returns:
-            Efforts, shape (batch, samples, networks), SI.
+        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
+        in SI; gives (batch, samples, networks) in SI.
         """
         return self.efforts_of(self.network_inputs(t, x, u, c))
 
     def efforts_of(self, q: Tensor) -> Tensor:
         """Return the effort of every network for given network inputs, eq. 4.4.
 
-        Args:
-            q: inputs of all networks, one network after the other, shape (batch, samples, inputs), SI.
-
-        Returns:
-            Efforts, shape (batch, samples, networks), SI.
+        Takes q (batch, samples, inputs) in SI; gives (batch, samples, networks) in SI.
         """
         scaled = q * self.scale[:, None]
         parts = []
@@ -134,15 +117,8 @@ class Nnap(nn.Module):
     def derivative(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> tuple[Tensor, Tensor]:
         """Return the time derivatives of the states, eq. 4.5, and the efforts of the networks.
 
-        Args:
-            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
-            x: states, shape (batch, samples, states), SI.
-            u: inputs of the system, shape (..., inputs), SI.
-            c: constants of the operating points, shape (..., constants), SI.
-
-        Returns:
-            Derivatives, shape (batch, samples, states), SI per second, and efforts, shape (batch, samples,
-            networks), SI.
+        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
+        in SI; gives (batch, samples, states) and (batch, samples, networks).
         """
         z = self.efforts(t, x, u, c)
         names = self.structure.system.port_names

@@ -49,12 +49,7 @@ class Measured:
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
         """Return the first samples of all windows that lie within one experiment.
 
-        Args:
-            runs: numbers of the experiments, shape (experiments,).
-            horizon: number of samples that follow the first one.
-
-        Returns:
-            First samples, shape (windows,).
+        Takes runs (experiments,); gives (windows,).
         """
         parts = [np.arange(self.offsets[r], self.offsets[r + 1] - horizon) for r in runs]
         return np.concatenate(parts) if parts else np.empty(0, np.int64)
@@ -63,11 +58,7 @@ class Measured:
 def arguments(how: Integration) -> tuple[int, float, float, Array]:
     """Return an integration as the arguments of the kernels' functions, in their order.
 
-    Args:
-        how: integration of the free runs.
-
-    Returns:
-        Steps per sample, sampling period (s), interpolation of the inputs, and stages, shape (stages, 3).
+    Gives (stages, 3).
     """
     return how.substeps, how.period, how.common_hold, how.stages
 
@@ -79,12 +70,7 @@ def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:
 
 
 def generated(model: Nnap, member: int) -> Generated:
-    """Return one member of a stack as a backend of `free_run` that shows all states.
-
-    Args:
-        model: stack of models.
-        member: number of the member in the stack.
-    """
+    """Return one member of a stack as a backend of `free_run` that shows all states."""
     values = (model.weights, model.scale, model.gain)
     own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
     return Generated(model.structure, tuple(model.structure.system.x), *own)
@@ -135,21 +121,8 @@ class CompiledRollout(torch.autograd.Function):
     ) -> tuple[Tensor, Tensor]:
         """Simulate windows, see `simulate`.
 
-        Args:
-            ctx: context of torch.
-            x0: first states, shape (windows, states), SI.
-            xi: scaled trained parameters of the member, shape (trained,).
-            weights: weights of the member, shape (size,).
-            model: stack of models.
-            member: number of the member in the stack.
-            data: measured experiments, whose inputs drive the model.
-            starts: first samples, shape (windows,).
-            steps: number of samples that follow the first one.
-            how: integration of the free runs.
-
-        Returns:
-            Trajectories, SI, shape (windows, steps + 1, states), and efforts of the networks, SI, shape
-            (windows, steps, networks).
+        Takes x0 (windows, states) in SI, xi (trained,), weights (size,), starts (windows,); gives (windows,
+        steps + 1, states) and (windows, steps, networks).
         """
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
@@ -160,14 +133,7 @@ class CompiledRollout(torch.autograd.Function):
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         """Return the gradients by first states, scaled trained parameters and weights.
 
-        Args:
-            ctx: context of torch.
-            *gradients: gradients by the trajectories, shape (windows, steps + 1, states), and by the efforts,
-                shape (windows, steps, networks).
-
-        Returns:
-            Gradients by first states, shape (windows, states), parameters, shape (trained,), and weights,
-            shape (size,); None for the other arguments of `forward`.
+        Takes gradients (windows, steps + 1, states); gives (windows, states) and (trained,) and (size,).
         """
         model, data, starts, steps, first, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
@@ -187,18 +153,8 @@ def rollout(
 ) -> tuple[Tensor, Tensor]:
     """Simulate windows by one member of a stack, differentiable by torch, see `simulate`.
 
-    Args:
-        model: stack of models.
-        member: number of the member in the stack.
-        data: measured experiments, whose inputs drive the model.
-        x0: first states, shape (windows, states), SI.
-        starts: first samples, shape (windows,).
-        steps: number of samples that follow the first one.
-        how: integration of the free runs.
-
-    Returns:
-        Trajectories, SI, shape (windows, steps + 1, states), and efforts of the networks, SI, shape (windows,
-        steps, networks).
+    Takes x0 (windows, states) in SI, starts (windows,); gives (windows, steps + 1, states) and (windows,
+    steps, networks).
     """
     result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
         x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how

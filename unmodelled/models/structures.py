@@ -116,16 +116,6 @@ def black_box(hidden: int, inputs: Sequence[str]) -> Structure:
 def network_inputs(system: System, texts: Sequence[str]) -> tuple[sp.Expr, ...]:
     """Read the inputs of a network.
 
-    Args:
-        system: system whose states, inputs, parameters and signals an input may name.
-        texts: names or expressions of the grammar of system files.
-
-    Returns:
-        One expression per input.
-
-    Raises:
-        BadInput: when an expression is refused, or depends on an effort, which a network cannot know.
-
     Examples:
         >>> from unmodelled.systems.reader import read_system
         >>> network_inputs(read_system("systems/pendulum.yaml"), ["sin(theta)", "omega"])
@@ -141,13 +131,6 @@ def network_inputs(system: System, texts: Sequence[str]) -> tuple[sp.Expr, ...]:
 
 def texts_of(system: System, inputs: Sequence[sp.Expr]) -> list[str]:
     """Return the inputs of a network as text that `network_inputs` reads back.
-
-    Args:
-        system: system that the inputs belong to.
-        inputs: expressions in base symbols.
-
-    Returns:
-        One text per input.
 
     Examples:
         >>> from unmodelled.systems.reader import read_system

@@ -108,9 +108,7 @@ class ListedAnswer:
     def residual(self) -> tuple[Array, Array] | None:
         """Return the residuals over the time of the held-out experiments, before and after.
 
-        Returns:
-            Root mean squares in standard deviations of the outputs, each of shape (intervals,), with refitted
-            parameters and with the effects found; None where the answer has no table `time`.
+        Gives (intervals,).
         """
         try:
             table = read_table(self.folder / "tables" / "time", ("over",))
@@ -122,18 +120,7 @@ class ListedAnswer:
 
 
 def find_answers(folder: Path, schema: str) -> tuple[list[ListedAnswer], list[str]]:
-    """Find the answers below a folder, in alphabetical order; hidden folders and links are left out.
-
-    Args:
-        folder: folder that is searched.
-        schema: schema that an answer has.
-
-    Returns:
-        The answers, and a note for every diagnosis.json that is none.
-
-    Raises:
-        BadInput: when the folder cannot be read or holds no answer.
-    """
+    """Find the answers below a folder, in alphabetical order; hidden folders and links are left out."""
     if not folder.is_dir():
         raise BadInput(f"{folder}: is no folder: give the folder that holds the answers of `diagnose`")
     found: list[ListedAnswer] = []
@@ -268,10 +255,8 @@ def _with_unit(name: str, entry: Entry) -> str:
 
 
 def table_lines(answers: Sequence[ListedAnswer]) -> list[str]:
-    """Return the list as lines of text with aligned columns: answer, verdict, error before, after, effects.
-
-    Args:
-        answers: answers to list.
+    """Return the list as lines of text with aligned columns: answer, verdict, error before, after,
+    effects.
     """
     rows = [("answer", "verdict", "error before", "after", "missing effects")]
     for one in answers:

@@ -38,15 +38,6 @@ def write_answers_page(answers: Sequence[ListedAnswer], notes: Sequence[str], ti
 
     The page contains its style and its scripts. Its content security policy allows these scripts by their
     digests only: names and numbers of the answers are data.
-
-    Args:
-        answers: answers to list.
-        notes: sentences on files that are no answers.
-        title: name of the folder of the answers.
-        out: folder of the page.
-
-    Raises:
-        BadInput: when the folder has an index.html that is no earlier list, or cannot be written.
     """
     file = out / PAGE
     check_own_page(file, GENERATOR, "report")

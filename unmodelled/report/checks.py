@@ -14,14 +14,7 @@ KINDS = ("measured", "virtual")
 
 
 def read_object(path: Path) -> dict[str, Any]:
-    """Read a JSON file that holds an object.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file cannot be read or holds no object.
-    """
+    """Read a JSON file that holds an object."""
     content = read_json(path)
     if not isinstance(content, dict):
         raise BadInput(f"{path}: must be an object")
@@ -29,15 +22,7 @@ def read_object(path: Path) -> dict[str, Any]:
 
 
 def read_rows(path: Path, keys: Sequence[str]) -> list[dict[str, Any]]:
-    """Read a JSON file that holds a list of objects with given keys.
-
-    Args:
-        path: path of the file.
-        keys: keys that every object must have.
-
-    Raises:
-        BadInput: when the file cannot be read, holds no list of objects, or an object lacks a key.
-    """
+    """Read a JSON file that holds a list of objects with given keys."""
     content = read_json(path)
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
         raise BadInput(f"{path}: must be a list of objects")
@@ -49,48 +34,19 @@ def read_rows(path: Path, keys: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def check_choice(path: Path, where: str, value: Any, allowed: Sequence[str]) -> None:
-    """Refuse a value that is not among the allowed ones.
-
-    Args:
-        path: path of the file, for the message.
-        where: place of the value in the file, for the message.
-        value: value to check.
-        allowed: allowed values.
-
-    Raises:
-        BadInput: when the value is not allowed.
-    """
+    """Refuse a value that is not among the allowed ones."""
     if value not in allowed:
         raise BadInput(f"{path}: {where} {value!r}, must be one of {', '.join(allowed)}")
 
 
 def check_chapter(path: Path, where: str, value: Any, *, needed: bool = False) -> None:
-    """Refuse a chapter that is not a whole number.
-
-    Args:
-        path: path of the file, for the message.
-        where: place of the value in the file, for the message.
-        value: value to check.
-        needed: whether None is refused too; default: no.
-
-    Raises:
-        BadInput: when the value is refused.
-    """
+    """Refuse a chapter that is not a whole number."""
     if (value is None and needed) or not isinstance(value, int | None):
         raise BadInput(f"{path}: {where} chapter {value!r}, must be a whole number")
 
 
 def check_interval(path: Path, where: str, value: Any) -> None:
-    """Refuse an interval that is neither two numbers nor None.
-
-    Args:
-        path: path of the file, for the message.
-        where: place of the value in the file, for the message.
-        value: value to check.
-
-    Raises:
-        BadInput: when the value is refused.
-    """
+    """Refuse an interval that is neither two numbers nor None."""
     if value is None:
         return
     if not isinstance(value, list) or len(value) != 2 or not all(isinstance(v, int | float) for v in value):

@@ -43,13 +43,6 @@ def write_page(folder: Path, command: str) -> None:
     command. The page contains its style, its scripts, its figures and, where tables/live.json exists, the
     machine that it simulates. Its content security policy allows these scripts by their digests only: names
     and logs are data.
-
-    Args:
-        folder: folder of the diagnosis.
-        command: command line that made the diagnosis.
-
-    Raises:
-        BadInput: when a file is missing, damaged or cannot be written.
     """
     listed = folder / "figures" / "figures.json"
     write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
@@ -82,14 +75,7 @@ def _live(folder: Path, shown: Mapping[str, Any]) -> str:
 
 
 def view(folder: Path) -> dict[str, Any]:
-    """Return the values with which a template shows a diagnosis.
-
-    Args:
-        folder: folder of the diagnosis.
-
-    Raises:
-        BadInput: when a file is missing or damaged.
-    """
+    """Return the values with which a template shows a diagnosis."""
     content, about = read_json(folder / "diagnosis.json"), read_json(folder / "tables" / "about.json")
     units = about["units"]
     effects = parameter_tables(content)
@@ -133,11 +119,7 @@ def view(folder: Path) -> dict[str, Any]:
 
 
 def short(value: float | None) -> str:
-    """Return a number with three significant digits.
-
-    Args:
-        value: number to format; None is shown as a dash.
-    """
+    """Return a number with three significant digits."""
     return number(value if value is None else float(f"{value:.3g}"))
 
 

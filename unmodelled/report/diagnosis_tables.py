@@ -20,11 +20,7 @@ GAPS = {
 
 
 def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
-    """Return the parameters of every identified law, one table per effect.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return the parameters of every identified law, one table per effect."""
     found = []
     for k, effect in enumerate(content["effects"], start=1):
         rows = []
@@ -44,11 +40,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
 
 
 def gap_table(content: Mapping[str, Any]) -> Table:
-    """Return the gaps on the held-out experiments.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return the gaps on the held-out experiments."""
     gap = content["gap"]
     rows = [
         (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
@@ -62,14 +54,7 @@ def gap_table(content: Mapping[str, Any]) -> Table:
 
 
 def units_table(content: Mapping[str, Any]) -> Table:
-    """Return the errors on the held-out experiments in units of the outputs.
-
-    Args:
-        content: content of diagnosis.json.
-
-    Returns:
-        Table of the errors, without rows if they are unknown.
-    """
+    """Return the errors on the held-out experiments in units of the outputs."""
     rows, gap = [], content["gap"]
     label = "With the effects found" if content["effects"] else "Re-identified"
     models = {"known": "As given", "augmented": label}
@@ -91,21 +76,12 @@ def units_table(content: Mapping[str, Any]) -> Table:
 
 
 def error_cell(value: float | None) -> Cell:
-    """Return the cell of an error.
-
-    Args:
-        value: error; None where the simulation diverges.
-    """
+    """Return the cell of an error."""
     return _number(value) if value is not None else Cell("diverges", "")
 
 
 def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
-    """Return the tables of channels, regions and factors that have rows.
-
-    Args:
-        content: content of diagnosis.json.
-        units: unit of every signal by name.
-    """
+    """Return the tables of channels, regions and factors that have rows."""
     where = content["where"]
     channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
     regions = [
@@ -140,11 +116,7 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
 
 
 def experiments_table(content: Mapping[str, Any]) -> Table:
-    """Return the gaps of all experiments.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return the gaps of all experiments."""
     held, fitted = set(content["gap"]["held_out"]), content["verdict"] != "check_logs"
     rows = [
         (
@@ -160,12 +132,7 @@ def experiments_table(content: Mapping[str, Any]) -> Table:
 
 
 def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Table:
-    """Return the uncertain parameters of the system, as given and identified.
-
-    Args:
-        content: content of diagnosis.json.
-        units: unit of every parameter by name.
-    """
+    """Return the uncertain parameters of the system, as given and identified."""
     rows = []
     for name, entry in content["parameters"].items():
         value, interval = quantity(entry["identified"], _interval(entry["interval"]))
@@ -176,11 +143,7 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
 
 
 def comparison_table(content: Mapping[str, Any]) -> Table:
-    """Return all models that were fitted.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return all models that were fitted."""
     rows = []
     for row in content["comparison"]:
         name = effect_names(row["effects"])

@@ -38,14 +38,7 @@ class Figure:
 
 
 def read_figures(folder: Path) -> list[Figure]:
-    """Read the list of figures in figures.json, sorted by chapter and number.
-
-    Args:
-        folder: folder of the figures.
-
-    Raises:
-        BadInput: when the list is damaged, or names a file that does not exist.
-    """
+    """Read the list of figures in figures.json, sorted by chapter and number."""
     path = folder / "figures.json"
     found = []
     for row in read_rows(path, ("id", "number", "chapter", "caption")):

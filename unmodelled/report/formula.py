@@ -21,16 +21,7 @@ _EQUALS = re.compile(r"(?<![<>=!])=(?!=)")
 
 
 def formula(law: str, left: str = "") -> str:
-    """Return the equations of a law, each displayed on a line of its own.
-
-    Args:
-        law: expressions, equations such as `x_h*d(z)/dt = v` and conditions such as `abs(r) <= delta`,
-            separated by commas; `d(z)/dt` is the derivative of a name by time.
-        left: name or phrase that the first part of the law is equal to; default: none.
-
-    Raises:
-        BadInput: when a part of the law is no expression.
-    """
+    """Return the equations of a law, each displayed on a line of its own."""
     sides = (_EQUALS.split(part) for part in _parts(law))
     rows = ["<mo>=</mo>".join(_printed(_tree(side))[0] for side in each) for each in sides]
     if left:
@@ -54,11 +45,7 @@ def _parts(law: str) -> Iterator[str]:
 
 
 def name(text: str) -> str:
-    """Print a name with Greek letters, and the part after its first underscore as an index.
-
-    Args:
-        text: name of a variable.
-    """
+    """Print a name with Greek letters, and the part after its first underscore as an index."""
     base, _, index = text.partition("_")
     if not (base and index):
         return f"<mi>{escape(_letter(text))}</mi>"

@@ -13,11 +13,7 @@ MANY = 3
 
 
 def headline(content: Mapping[str, Any]) -> str:
-    """Return the verdict of diagnosis.json as one sentence.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return the verdict of diagnosis.json as one sentence."""
     names = _each(content["effects"], effect_name)
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
@@ -35,11 +31,7 @@ def headline(content: Mapping[str, Any]) -> str:
 
 
 def outcome(content: Mapping[str, Any]) -> str:
-    """Return what was found as one sentence with amounts in units, or the verdict where nothing was found.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return what was found as one sentence with amounts in units, or the verdict where nothing was found."""
     gap, shown = content["gap"], fallen(content)
     if not content["effects"] or not shown:
         return headline(content)
@@ -60,11 +52,7 @@ def _capital(text: str) -> str:
 
 
 def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-    """Return the outputs whose error falls, each with its entry of `gap.units`.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return the outputs whose error falls, each with its entry of `gap.units`."""
     return [
         (name, as_said(entry))
         for name, entry in content["gap"].get("units", {}).items()
@@ -73,11 +61,7 @@ def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
 
 
 def remains(content: Mapping[str, Any]) -> str:
-    """Return what remains of the gap as one sentence; empty where no effect was found.
-
-    Args:
-        content: content of diagnosis.json.
-    """
+    """Return what remains of the gap as one sentence; empty where no effect was found."""
     gap, left = content["gap"], content.get("remainder")
     if not content["effects"] or not gap["floor"]:
         return ""
@@ -125,14 +109,7 @@ def _amount_of(effect: Mapping[str, Any]) -> str:
 
 
 def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the first number of an effect that has a unit and differs from zero; None if there is none.
-
-    Args:
-        effect: effect of diagnosis.json.
-
-    Returns:
-        The number as a person says it, see `as_said`.
-    """
+    """Return the first number of an effect that has a unit and differs from zero; None if there is none."""
     for entry in map(as_said, effect["parameters"].values()):
         value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
         known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
@@ -142,28 +119,17 @@ def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 
 def as_said(entry: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a number of diagnosis.json, or its errors of an output, in the units of the logs.
-
-    Args:
-        entry: entry with `shown`; an answer of an older version has none and stays in SI units.
-    """
+    """Return a number of diagnosis.json, or its errors of an output, in the units of the logs."""
     return {**entry, **entry.get("shown", {})}
 
 
 def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:
-    """Describe several effects in words.
-
-    Args:
-        entries: effects of diagnosis.json.
-    """
+    """Describe several effects in words."""
     return " + ".join(map(effect_name, entries)) or "no effect"
 
 
 def effect_name(entry: Mapping[str, Any]) -> str:
     """Describe an effect in words: family, variant, place and experiments.
-
-    Args:
-        entry: effect of diagnosis.json.
 
     Examples:
         >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
@@ -186,11 +152,7 @@ def effect_name(entry: Mapping[str, Any]) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Format a share in percent; neither nearly all is rounded to 100 % nor a little to 0 %.
-
-    Args:
-        value: share, 0 to 1; None is shown as a dash.
-    """
+    """Format a share in percent; neither nearly all is rounded to 100 % nor a little to 0 %."""
     if value is None:
         return "–"
     share = 100.0 * value

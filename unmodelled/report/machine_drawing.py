@@ -66,12 +66,7 @@ class _Block:
 
 
 def machine_drawing(content: Mapping[str, Any], machine: Mapping[str, Any]) -> str:
-    """Return a wide and a narrow drawing as SVG elements, of which a page shows one.
-
-    Args:
-        content: content of diagnosis.json.
-        machine: entry `machine` of tables/about.json: inputs, states, ports and outputs.
-    """
+    """Return a wide and a narrow drawing as SVG elements, of which a page shows one."""
     text = escape(_in_words(content, machine))
     columns = _columns(content, machine)
     return _wide(columns, text) + _narrow(columns, text)

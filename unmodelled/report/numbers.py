@@ -13,15 +13,7 @@ __all__ = ["amounts", "duration", "number", "percentage", "quantity", "unit_text
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
-    """Format a value and its interval with two significant digits of the width of the interval.
-
-    Args:
-        value: value to format.
-        interval: lower and upper limit; None if there is no interval.
-
-    Returns:
-        Text of the value and text of the interval, the latter empty if there is no interval.
-    """
+    """Format a value and its interval with two significant digits of the width of the interval."""
     if interval is None:
         return number(value), ""
     low, high = interval
@@ -35,14 +27,7 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
 
 
 def percentage(unit: str) -> tuple[bool, str]:
-    """Tell whether a number is shown in percent, by its unit.
-
-    Args:
-        unit: unit such as "share" or "lower, share".
-
-    Returns:
-        Whether the unit is a share, and the rest of the unit ("lower, share" gives "lower").
-    """
+    """Tell whether a number is shown in percent, by its unit."""
     found = re.fullmatch(r"(?:(?P<before>[^,]+), )?share(?P<after> \(.*\))?", unit)
     return bool(found), f"{found['before'] or ''}{found['after'] or ''}".strip() if found else unit
 
@@ -50,8 +35,7 @@ def percentage(unit: str) -> tuple[bool, str]:
 def duration(seconds: float) -> str:
     """Format a duration in seconds, in minutes and seconds, or in hours and minutes.
 
-    Args:
-        seconds: duration, s.
+    Takes seconds in s.
     """
     if round(seconds, 1) < 60:
         return f"{seconds:.1f} s"

@@ -37,11 +37,7 @@ ORIGINS = {
 
 
 def templates(*more: Path) -> Environment:
-    """Return the templates of a diagnosis, and those of other folders that may build on them.
-
-    Args:
-        *more: folders of further templates.
-    """
+    """Return the templates of a diagnosis, and those of other folders that may build on them."""
     made = Environment(
         loader=FileSystemLoader([HERE / "templates", *more]),
         autoescape=True,
@@ -55,16 +51,7 @@ def templates(*more: Path) -> Environment:
 
 
 def check_own_page(file: Path, generator: str, verb: str) -> None:
-    """Refuse to replace a page that another program or a user made.
-
-    Args:
-        file: path of the page; it may be missing.
-        generator: element in the head of the pages that may be replaced.
-        verb: name of the verb that writes them.
-
-    Raises:
-        BadInput: when the page has no such element or cannot be read.
-    """
+    """Refuse to replace a page that another program or a user made."""
     check_file(file)
     try:
         made = generator in file.read_text(errors="replace")[:HEAD]
@@ -77,11 +64,7 @@ def check_own_page(file: Path, generator: str, verb: str) -> None:
 
 
 def policy(scripts: Iterable[str]) -> str:
-    """Return the content security policy under which a browser runs some scripts and loads nothing else.
-
-    Args:
-        scripts: texts of the scripts of a page.
-    """
+    """Return the content security policy under which a browser runs some scripts and loads nothing else."""
     digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
     allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
     return (
@@ -91,14 +74,7 @@ def policy(scripts: Iterable[str]) -> str:
 
 
 def one_file(template: str, scripts: Sequence[str] = ("report",), live: str = "", **values: Any) -> str:
-    """Return a page that is one file: it contains its style and scripts, and loads nothing.
-
-    Args:
-        template: name of a template that builds on page.html.j2.
-        scripts: names of the page's own scripts, default that of every page.
-        live: data block of the machine that the page simulates, default none.
-        **values: further values of the template.
-    """
+    """Return a page that is one file: it contains its style and scripts, and loads nothing."""
     styles = ("uplot.min", "style") if live else ("style",)
     paths = (*(LIVE_SCRIPTS if live else ()), *(STATIC / f"{name}.js" for name in scripts))
     texts = [path.read_text() for path in paths]

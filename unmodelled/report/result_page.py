@@ -27,20 +27,7 @@ def write_result_page(
     machine: Mapping[str, Any] | None,
     **values: Any,
 ) -> None:
-    """Write index.html, a page that nothing comes into from outside.
-
-    Args:
-        folder: folder of the result.
-        template: name of a template that builds on page.html.j2.
-        tables: tables of the page; the template also has the CSV file of each.
-        figures: SVG files by name.
-        live: data of the machine that the page simulates; None if there is none.
-        machine: names and units for the drawing of the machine, see `machine_drawing`; None likewise.
-        **values: further values of the template.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write index.html, a page that nothing comes into from outside."""
     text = one_file(
         template,
         live="" if live is None else as_block(live),

@@ -16,11 +16,7 @@ _MODELS = {
 
 
 def changes_table(robot: Mapping[str, Any]) -> Table:
-    """Return the numbers that the patched robot file changes.
-
-    Args:
-        robot: entry `robot` of diagnosis.json.
-    """
+    """Return the numbers that the patched robot file changes."""
     rows = []
     for change in robot["changes"]:
         name = f"{change['element']}.{change['quantity']}"
@@ -36,10 +32,7 @@ def changes_table(robot: Mapping[str, Any]) -> Table:
 def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) -> Table:
     """Return the errors of the robot files in MuJoCo.
 
-    Args:
-        robot: entry `robot` of diagnosis.json.
-        held_out: ids of the held-out experiments.
-        horizon: length of the free-run windows, s.
+    Takes horizon in s.
     """
     runs = {name: label for name, label in _MODELS.items() if name in robot["replay"]}
     rows: list[tuple[Cell, ...]] = []
@@ -65,11 +58,7 @@ def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) 
 
 
 def robot_sentence(robot: Mapping[str, Any]) -> str:
-    """Return how well the patched file follows the machine, beside the file as given.
-
-    Args:
-        robot: entry `robot` of diagnosis.json.
-    """
+    """Return how well the patched file follows the machine, beside the file as given."""
     replay = robot["replay"]
     name = "supplemented" if "supplemented" in replay else "patched"
     gaps = f"{_short(replay['given']['gap'])} as given and {_short(replay[name]['gap'])} with {_MODELS[name]}"

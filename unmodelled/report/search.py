@@ -13,39 +13,22 @@ Entry = dict[str, str]
 
 
 def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
-    """Return one entry per figure of a page.
-
-    Args:
-        figures: figures on the page.
-        file: name of the page.
-    """
+    """Return one entry per figure of a page."""
     return [entry("figure", f"Figure {f.number}", f.caption, f"{file}#{f.id}") for f in figures]
 
 
 def table_entries(tables: Iterable[Table], file: str) -> list[Entry]:
-    """Return one entry per table of a page that has rows.
-
-    Args:
-        tables: tables on the page.
-        file: name of the page.
-    """
+    """Return one entry per table of a page that has rows."""
     return [entry("table", t.title, t.caption, f"{file}#{t.id}") for t in tables if t.rows]
 
 
 def script(entries: Sequence[Entry]) -> str:
-    """Return entries as JavaScript that cannot end its own script element.
-
-    Args:
-        entries: entries of the search box.
-    """
+    """Return entries as JavaScript that cannot end its own script element."""
     return f"window.SEARCH = {as_block(entries)};\n"
 
 
 def as_block(content: Any) -> str:
     """Return values as JSON that cannot end its own script element.
-
-    Args:
-        content: values that JSON knows.
 
     Examples:
         >>> as_block({"name": "</script>"})
@@ -55,12 +38,5 @@ def as_block(content: Any) -> str:
 
 
 def entry(kind: str, title: str, text: str, url: str) -> Entry:
-    """Return one entry of the search box.
-
-    Args:
-        kind: kind of the result, such as figure or table.
-        title: title of the result.
-        text: text that is searched beside the title.
-        url: address of the result, relative to the page with the search box.
-    """
+    """Return one entry of the search box."""
     return {"kind": kind, "title": title, "text": text, "url": url}

@@ -23,18 +23,7 @@ def write_simulation_page(
     machine: Mapping[str, Any],
     drawn: bytes,
 ) -> None:
-    """Write index.html, the page of a simulation. Nothing in it comes from outside.
-
-    Args:
-        folder: folder of the simulation.
-        content: content of simulation.json.
-        live: data of the machine that the page simulates; its first experiment is the one drawn.
-        machine: names and units for the drawing of the machine, see `machine_drawing`.
-        drawn: SVG file of the experiment with the largest gap.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write index.html, the page of a simulation. Nothing in it comes from outside."""
     write_result_page(
         folder,
         "simulation.html.j2",

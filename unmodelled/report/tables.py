@@ -71,13 +71,7 @@ class Table:
 
 
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
-    """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers.
-
-    Args:
-        name: anchor of the table.
-        text: content of the CSV file.
-        about: title, caption, protocol, chapter and data of the table, all optional.
-    """
+    """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers."""
     columns, *rows = list(csv.reader(io.StringIO(text)))
     numbers = [[_parsed(cell) for cell in row] for row in rows]
     units = [name == "unit" for name in columns]
@@ -109,9 +103,5 @@ def _parsed(text: str) -> float | int | None:
 
 
 def exact(value: Any) -> str:
-    """Format a value with all digits.
-
-    Args:
-        value: value to format; None becomes an empty text.
-    """
+    """Format a value with all digits."""
     return "" if value is None else str(value)

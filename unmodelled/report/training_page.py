@@ -22,19 +22,7 @@ def write_training_page(
     laws: Mapping[str, bytes],
     losses: bytes,
 ) -> None:
-    """Write index.html, the page of a training. Nothing in it comes from outside.
-
-    Args:
-        folder: folder of the fit.
-        content: content of learned.json.
-        live: data of the machine with the formulas, which the page simulates.
-        machine: names and units for the drawing of the machine, see `machine_drawing`.
-        laws: SVG file of every law by the name of its network.
-        losses: SVG file of the course of the training.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write index.html, the page of a training. Nothing in it comes from outside."""
     write_result_page(
         folder,
         "training.html.j2",

@@ -27,19 +27,7 @@ def write_uncertainty_page(
     live: Mapping[str, Any] | None = None,
     machine: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write index.html, the page of an identified distribution. Nothing in it comes from outside.
-
-    Args:
-        folder: folder of the result.
-        content: content of uncertainty.json.
-        estimates: rows of the table of estimates.
-        figures: SVG files `profiles` and `observations`.
-        live: data of the machine that the page simulates; default None: there is no system.
-        machine: names and units for the drawing of the machine; default None.
-
-    Raises:
-        BadInput: when the file cannot be written.
-    """
+    """Write index.html, the page of an identified distribution. Nothing in it comes from outside."""
     write_result_page(
         folder,
         "uncertainty.html.j2",

@@ -16,19 +16,7 @@ _LARGEST = 10_000_000
 
 
 def read_table(name: str, node: Node) -> Table:
-    """Read a characteristic from a CSV file beside the system file.
-
-    Args:
-        name: name of the table in expressions.
-        node: entry of the section `tables`, {file, x, y, kind}; kind is "cubic" by default.
-
-    Returns:
-        Characteristic y(x).
-
-    Raises:
-        BadInput: if the file is not beside the system file, a cell is no finite number, or x does not
-            increase.
-    """
+    """Read a characteristic from a CSV file beside the system file."""
     entries = node.fields(("file", "x", "y"), ("kind",))
     kind: Literal["cubic", "linear"] = "cubic"
     if "kind" in entries:

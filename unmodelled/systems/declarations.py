@@ -40,19 +40,7 @@ class Names:
     refused: bool = False
 
     def add(self, name: str, kind: str, node: Node) -> str:
-        """Register a new name.
-
-        Args:
-            name: name as written in the file.
-            kind: kind of the name, such as "state".
-            node: place in the file, for messages.
-
-        Returns:
-            The name.
-
-        Raises:
-            BadInput: if the name is malformed, reserved, or used by an earlier line.
-        """
+        """Register a new name."""
         before, self.refused = self.refused, True  # unless it passes
         checked_name(name, node)
         if name in RESERVED or keyword.iskeyword(name):
@@ -68,18 +56,7 @@ class Names:
 
 
 def checked_name(name: str, node: Node) -> str:
-    """Return a name after a check of its characters.
-
-    Args:
-        name: name as written in the file.
-        node: place in the file, for messages.
-
-    Returns:
-        The name.
-
-    Raises:
-        BadInput: if the name is not a letter followed by at most 63 letters, digits or underscores.
-    """
+    """Return a name after a check of its characters."""
     if not _NAME.fullmatch(name):
         raise node.wrong(f"a name is a letter and up to 63 letters, digits or _, got {shown(name)}")
     return name
@@ -122,15 +99,7 @@ class Declarations:
 
 
 def read_declarations(sections: dict[str, Node], faults: Faults) -> Declarations:
-    """Read the names, units and numbers of all sections.
-
-    Args:
-        sections: top-level entries of the system file by name; those that are missing declare nothing.
-        faults: collection that gets a line for every wrong declaration, which names file, line and entry.
-
-    Returns:
-        Declarations of the file, with the names of the wrong ones.
-    """
+    """Read the names, units and numbers of all sections."""
     found = Declarations()
     readers = {
         "states": _state,

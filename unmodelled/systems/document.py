@@ -49,22 +49,11 @@ class Node:
         return f"{self.file}: line {self.line}" + (f": {self.place}" if self.place else "")
 
     def wrong(self, problem: str) -> BadInput:
-        """Return the error of a problem at this place.
-
-        Args:
-            problem: description of the problem, and what to do about it.
-
-        Returns:
-            Exception, to be raised by the caller.
-        """
+        """Return the error of a problem at this place."""
         return BadInput(f"{self.where}: {problem}")
 
     def entries(self) -> dict[str, Node]:
-        """Return the entries of a mapping with any keys; none if nothing is written.
-
-        Raises:
-            BadInput: if the content is not a mapping.
-        """
+        """Return the entries of a mapping with any keys; none if nothing is written."""
         if self.content is None:
             return {}
         if not isinstance(self.content, dict):
@@ -72,18 +61,7 @@ class Node:
         return self.content
 
     def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Node]:
-        """Return the entries of a mapping with known keys.
-
-        Args:
-            required: keys that must be present.
-            optional: keys that may be present; default none.
-
-        Returns:
-            Entries by key.
-
-        Raises:
-            BadInput: if keys are missing or unknown; one line for each.
-        """
+        """Return the entries of a mapping with known keys."""
         entries, faults = self.entries(), Faults()
         known = (*required, *optional)
         unknown = {key: node for key, node in entries.items() if key not in known}
@@ -98,11 +76,7 @@ class Node:
         return entries
 
     def items(self) -> list[Node]:
-        """Return the items of a list; none if nothing is written.
-
-        Raises:
-            BadInput: if the content is not a list.
-        """
+        """Return the items of a list; none if nothing is written."""
         if self.content is None:
             return []
         if not isinstance(self.content, list):
@@ -110,11 +84,7 @@ class Node:
         return self.content
 
     def text(self) -> str:
-        """Return the content as a text.
-
-        Raises:
-            BadInput: if the content is empty, a mapping or a list.
-        """
+        """Return the content as a text."""
         if not isinstance(self.content, str):
             raise self.wrong(f"must be a text, got {self._kind()}")
         return self.content
@@ -125,11 +95,7 @@ class Node:
         return isinstance(self.content, str) and _NUMBER.fullmatch(self.content) is not None
 
     def number(self) -> float:
-        """Return the content as a finite number.
-
-        Raises:
-            BadInput: if the content is not a finite number.
-        """
+        """Return the content as a finite number."""
         if not isinstance(self.content, str) or not self.is_number:
             raise self.wrong(f"must be a number, got {self._kind()}")
         value = float(self.content)
@@ -138,21 +104,13 @@ class Node:
         return value
 
     def boolean(self) -> bool:
-        """Return the content as true or false.
-
-        Raises:
-            BadInput: if the content is neither.
-        """
+        """Return the content as true or false."""
         if self.content not in ("true", "True", "false", "False"):
             raise self.wrong(f"must be true or false, got {self._kind()}")
         return self.content in ("true", "True")
 
     def pair(self) -> tuple[float, float]:
-        """Return the content as two increasing numbers.
-
-        Raises:
-            BadInput: if the content is not a list [low, high] with low < high.
-        """
+        """Return the content as two increasing numbers."""
         if not isinstance(self.content, list) or len(self.content) != 2:
             raise self.wrong(f"must be two numbers [low, high], got {self._kind()}")
         low, high = (node.number() for node in self.content)
@@ -172,18 +130,7 @@ class Node:
 
 
 def load_yaml(path: Path, kind: str = "system") -> Node:
-    """Read a YAML file whose top level is a mapping.
-
-    Args:
-        path: path of the file; at most 1 MB.
-        kind: kind of the file, for messages; its schema is `<kind>/1`.
-
-    Returns:
-        Top level of the file.
-
-    Raises:
-        BadInput: if the file is missing, too large, not UTF-8 or not YAML, or uses anchors, aliases or tags.
-    """
+    """Read a YAML file whose top level is a mapping."""
     text = _text(path, kind)
     try:
         return _Events(path, kind, iter(yaml.parse(text, Loader=_LOADER))).document()
@@ -199,12 +146,7 @@ def load_yaml(path: Path, kind: str = "system") -> Node:
 def file_beside(node: Node, largest: int) -> Path:
     """Return the path of a file that a system file names.
 
-    Args:
-        node: entry with the name of the file, as seen from the folder of the system file.
-        largest: largest size, bytes.
-
-    Raises:
-        BadInput: if the file is missing, too large, or not in the folder of the system file.
+    Takes largest in bytes.
     """
     folder = node.file.parent.resolve()
     written = Path(node.text())

@@ -50,12 +50,6 @@ def equations(system: System) -> list[Equation]:
 
     Equations that were not read from a file, and so have no text, are left out.
 
-    Args:
-        system: system, as read from a file.
-
-    Returns:
-        Equations, in the order of the file.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system

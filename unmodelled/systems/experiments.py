@@ -58,22 +58,14 @@ class Experiments:
     def only(self, members: Sequence[int] | NDArray[np.int64]) -> Experiments:
         """Return some of the experiments.
 
-        Args:
-            members: indices of the experiments, shape (K,).
-
-        Returns:
-            K experiments, in the order of `members`.
+        Takes members (K,).
         """
         return replace(self, u=self.u[members], c=self.c[members], x0=self.x0[members])
 
     def input(self, t: Array | float) -> Array:
         """Return the inputs at given times, interpolated linearly and held beyond the ends.
 
-        Args:
-            t: times in s, a scalar or an array of shape (..., L).
-
-        Returns:
-            Inputs of shape (..., L, inputs).
+        Takes t (..., L); gives (..., L, inputs).
 
         Examples:
             >>> runs = Experiments(np.array([[[0.0], [1.0]]]), 0.1, np.zeros((1, 0)), np.zeros((1, 1)))
@@ -88,17 +80,7 @@ class Experiments:
         return np.asarray(now + (place - k)[..., None] * (then - now))
 
     def steps(self, step: float) -> int:
-        """Return the number of integration steps that fit into the logs.
-
-        Args:
-            step: integration step in s, a multiple of the sampling period.
-
-        Returns:
-            Number of steps.
-
-        Raises:
-            BadInput: if `step` is not a multiple of the sampling period.
-        """
+        """Return the number of integration steps that fit into the logs."""
         periods = round(step / self.period) if 0.0 < step < np.inf else 0
         if periods < 1 or abs(periods * self.period - step) > 1e-6 * self.period:
             raise BadInput(f"step must be a multiple of the period {self.period:g} s, got {step}")
@@ -106,18 +88,7 @@ class Experiments:
 
 
 def event_named(system: System, name: str) -> Event:
-    """Return an event of a system by its name.
-
-    Args:
-        system: system to look in.
-        name: name of the event in the system file.
-
-    Returns:
-        The event.
-
-    Raises:
-        BadInput: if the system has no such event; the message suggests a name.
-    """
+    """Return an event of a system by its name."""
     events = {e.name: e for e in system.events}
     if name not in events:
         hint = closest(name, events) if events else ""
@@ -128,17 +99,7 @@ def event_named(system: System, name: str) -> Event:
 def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
     """Return parameter values in which some parameters are multiples of their nominal values.
 
-    Args:
-        system: system with k parameters.
-        uncertain: names of n parameters.
-        theta: multiples of the nominal values, shape (S, n), dimensionless.
-
-    Returns:
-        Values of all parameters in SI units, shape (S, k).
-
-    Raises:
-        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
-        ValueError: if theta has another shape.
+    Takes theta (S, n); gives (S, k).
 
     Examples:
         >>> from pathlib import Path
@@ -158,18 +119,7 @@ def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) ->
 
 
 def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
-    """Return the indices of parameters by their names.
-
-    Args:
-        system: system to look in.
-        uncertain: names of parameters.
-
-    Returns:
-        Index of each name in `system.parameters`.
-
-    Raises:
-        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
-    """
+    """Return the indices of parameters by their names."""
     names = [p.name for p in system.parameters]
     for k, name in enumerate(uncertain):
         if name not in names:

@@ -160,12 +160,6 @@ _OWN = {
 def sanitised(expression: sp.Expr) -> sp.Expr:
     """Return an expression with SymPy's own functions with corners replaced and delta functions removed.
 
-    Args:
-        expression: real SymPy expression.
-
-    Returns:
-        Expression in the functions of this module.
-
     Examples:
         >>> x = sp.Symbol("x", real=True)
         >>> sanitised(sp.sqrt(x**2))
@@ -179,13 +173,6 @@ def sanitised(expression: sp.Expr) -> sp.Expr:
 
 def gradient(expression: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
     """Return the derivatives of an expression by several symbols, ready for code generation.
-
-    Args:
-        expression: real SymPy expression in the functions of this module.
-        symbols: symbols to differentiate by.
-
-    Returns:
-        One derivative per symbol.
 
     Examples:
         >>> x, y = sp.symbols("x y", real=True)

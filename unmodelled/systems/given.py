@@ -25,12 +25,6 @@ SystemGiven: TypeAlias = System | Path | str | HasSystem
 def system_of(given: SystemGiven) -> System:
     """Return the system that a caller gives.
 
-    Args:
-        given: system, path of a system file, or a result with a system, such as an answer.
-
-    Raises:
-        BadInput: when it is none of these, or the file cannot be read.
-
     Examples:
         >>> import unmodelled as um
         >>> system, _ = um.example("pendulum")

@@ -37,17 +37,6 @@ DEEPEST = 40
 def parse(text: str, scope: Scope, where: str) -> sp.Expr:
     """Parse a text as a SymPy expression.
 
-    Args:
-        text: expression as written by the user.
-        scope: names that the expression can use.
-        where: start of the error message, such as file and line.
-
-    Returns:
-        Expression in the symbols of `scope`.
-
-    Raises:
-        BadInput: if the text is not a valid expression; the message names the wrong token.
-
     Examples:
         >>> from unmodelled.systems.model import symbol
         >>> parse("2*x + sin(x)**2", Scope({"x": Value(symbol("x"))}), "line 1")

@@ -21,14 +21,7 @@ Domain = Literal["power", "balance"]
 
 
 def symbol(name: str) -> sp.Symbol:
-    """Return the SymPy symbol of a state, input, parameter, constant or effort.
-
-    Args:
-        name: name in the system file.
-
-    Returns:
-        Real symbol; two calls with the same name return equal symbols.
-    """
+    """Return the SymPy symbol of a state, input, parameter, constant or effort."""
     return sp.Symbol(name, real=True)
 
 
@@ -152,11 +145,7 @@ class Constant(Logged):
     bounds: tuple[float, float] | None = None
 
     def value(self, experiment: str) -> float | None:
-        """Return the value of an experiment, in `unit`, as far as the system file gives it.
-
-        Args:
-            experiment: id of the experiment.
-        """
+        """Return the value of an experiment, in `unit`, as far as the system file gives it."""
         return (self.values or {}).get(experiment, self.other)
 
 

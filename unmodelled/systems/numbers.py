@@ -21,17 +21,7 @@ class NoValue(Exception):
 
 
 def exact_number(value: int | float) -> sp.Number:
-    """Return a number as SymPy number.
-
-    Args:
-        value: integer or floating-point number.
-
-    Returns:
-        Exact integer up to 10^9, otherwise a floating-point number.
-
-    Raises:
-        NoValue: if the number is not finite.
-    """
+    """Return a number as SymPy number."""
     if isinstance(value, int) and abs(value) <= _LARGEST:
         return sp.Integer(value)
     try:
@@ -44,44 +34,19 @@ def exact_number(value: int | float) -> sp.Number:
 
 
 def is_number(expression: sp.Expr) -> bool:
-    """Return whether an expression has a numeric value that can be computed now.
-
-    Args:
-        expression: SymPy expression.
-
-    Returns:
-        False if the expression holds a symbol, a table, a comparison or a choice.
-    """
+    """Return whether an expression has a numeric value that can be computed now."""
     return bool(expression.is_number) and not expression.has(*_UNEVALUATED)
 
 
 def fraction(value: sp.Expr) -> Fraction:
-    """Return a numeric expression as a fraction.
-
-    Args:
-        value: expression for which `is_number` holds.
-
-    Returns:
-        Exact fraction, or the nearest one with a denominator of at most 10^6.
-    """
+    """Return a numeric expression as a fraction."""
     if isinstance(value, sp.Rational):
         return Fraction(int(value.p), int(value.q))
     return Fraction(float(value)).limit_denominator(10**6)
 
 
 def folded(numeric: Callable[..., float], *parts: sp.Expr) -> sp.Number:
-    """Return the value of a function of numbers, in floating point.
-
-    Args:
-        numeric: function of floating-point numbers.
-        *parts: arguments, for which `is_number` holds.
-
-    Returns:
-        Floating-point SymPy number.
-
-    Raises:
-        NoValue: if the result is not finite or not real.
-    """
+    """Return the value of a function of numbers, in floating point."""
     try:
         value = numeric(*(float(p) for p in parts))
     except (ArithmeticError, ValueError, TypeError):
@@ -92,33 +57,13 @@ def folded(numeric: Callable[..., float], *parts: sp.Expr) -> sp.Number:
 
 
 def shortened(value: sp.Number) -> sp.Number:
-    """Return a number, converted to floating point if its exact form has many digits.
-
-    Args:
-        value: SymPy number.
-
-    Returns:
-        The same number up to 10^9 (numerator and denominator), otherwise a floating-point number.
-
-    Raises:
-        NoValue: if the number exceeds the range of floating point.
-    """
+    """Return a number, converted to floating point if its exact form has many digits."""
     exact = isinstance(value, sp.Rational) and max(abs(value.p), value.q) <= _LARGEST
     return value if exact else folded(lambda x: x, value)
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Return a power of two expressions.
-
-    Args:
-        base: SymPy expression.
-        exponent: SymPy expression; a number is at most 100 in magnitude.
-
-    Returns:
-        base**exponent.
-
-    Raises:
-        NoValue: if the power has no finite real value, or if an exponent is too large.
 
     Examples:
         >>> x = sp.Symbol("x", real=True)
@@ -155,17 +100,7 @@ def _power_of_number(base: sp.Expr, exponent: sp.Number) -> sp.Expr:
 
 
 def checked_numbers(expression: sp.Expr) -> sp.Expr:
-    """Return an expression after a check that every number in it is finite and real.
-
-    Args:
-        expression: SymPy expression.
-
-    Returns:
-        Expression with long exact numbers in floating point.
-
-    Raises:
-        NoValue: if a number is infinite, undefined or imaginary.
-    """
+    """Return an expression after a check that every number in it is finite and real."""
     leaves = expression.atoms()
     if any(leaf in (sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I) for leaf in leaves):
         raise NoValue

@@ -41,13 +41,7 @@ def numpy_system_function(
     (..., inputs), e (..., ports), p (..., parameters) and c (..., constants of the operating point), in SI
     units.
 
-    Args:
-        system: system whose symbols and tables the expressions use.
-        expressions: k expressions.
-        efforts_zero: whether every effort is zero, so that `e` is ignored; default False.
-
-    Returns:
-        Function with results of shape (..., k). Undefined values are inf or nan, without a warning.
+    Gives (..., k).
 
     Examples:
         >>> from pathlib import Path

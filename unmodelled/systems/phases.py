@@ -42,21 +42,7 @@ def event_times(
 ) -> Array:
     """Simulate until an event and return its time, by the NumPy reference.
 
-    Args:
-        system: system with the event.
-        event: name of the event.
-        uncertain: names of n parameters.
-        theta: multiples of the nominal values of `uncertain`, shape (S, n), dimensionless.
-        runs: L experiments.
-        step: integration step in s, a multiple of the sampling period.
-
-    Returns:
-        Times in s of the first fall through zero, shape (S, L); nan if the event does not happen within the
-        log.
-
-    Raises:
-        BadInput: if the event or a parameter is unknown, or if `step` is not a multiple of the sampling
-            period.
+    Takes theta (S, n); gives (S, L).
 
     Examples:
         >>> from unmodelled.systems.model import State, symbol
@@ -80,20 +66,7 @@ def trajectories(
     """Simulate to the end of the logs: with the first dynamics until the event, with the second ones after
     it.
 
-    Args:
-        system: system with the event.
-        event: name of the event.
-        uncertain: names of n parameters.
-        theta: multiples of the nominal values of `uncertain`, shape (S, n), dimensionless.
-        runs: L experiments.
-        step: integration step in s, a multiple of the sampling period.
-
-    Returns:
-        States over time and event times.
-
-    Raises:
-        BadInput: if the event or a parameter is unknown, or if `step` is not a multiple of the sampling
-            period.
+    Takes theta (S, n).
     """
     p = scaled_parameters(system, uncertain, theta)
     path = [(t, x, time) for t, x, time in _march(system, event_named(system, event), p, runs, step)]
@@ -170,14 +143,7 @@ class Step:
     def of(cls, rates: Rates, t: Array | float, x: Array, step: Array | float) -> Step:
         """Compute one step.
 
-        Args:
-            rates: function (t, x) -> x'.
-            t: start time in s, a scalar or one per run, shape (...).
-            x: states at the start, shape (..., states).
-            step: length of the step in s, a scalar or one per run, shape (...).
-
-        Returns:
-            The step.
+        Takes t (...), x (..., states), step (...).
         """
         h = np.asarray(step)[..., None]
         k1 = h * rates(t, x)
@@ -188,11 +154,7 @@ class Step:
     def at(self, share: Array | float) -> Array:
         """Return the states within the step: accurate to fourth order at its end, to third order in between.
 
-        Args:
-            share: share of the step, 0 to 1, a scalar or an array of shape (..., 1).
-
-        Returns:
-            States of shape (..., states).
+        Takes share (..., 1); gives (..., states).
         """
         k1, k2, k3, k4 = self.stages
         square, cube = share * share, 2.0 / 3.0 * share**3

@@ -37,19 +37,6 @@ def printed(
 ) -> str:
     """Return an expression as text of a system file, with numbers in full precision.
 
-    Args:
-        expression: expression from the reader, or with SymPy's own Abs, Min, Max, sign, Heaviside and floor.
-        names: names of the symbols that the text may use.
-        tables: names of the tables, by number.
-        robot: robot whose functions the expression may call; default None.
-
-    Returns:
-        Text that `grammar.parse` reads back.
-
-    Raises:
-        ValueError: if the grammar cannot express it: another function or symbol, or the derivative of a
-            table.
-
     Examples:
         >>> x = sp.Symbol("x", real=True)
         >>> printed(2 * sp.Abs(x) + sp.sin(x), ["x"], [])

@@ -84,11 +84,7 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
         return f"Procedure('{self.digest}')"
 
     def slope(self, k: int) -> Procedure:
-        """Return the procedure of the derivative of the result by one input.
-
-        Args:
-            k: number of the input.
-        """
+        """Return the procedure of the derivative of the result by one input."""
         if k not in self._slopes:
             x = self.inputs[k]
             steps, slopes = list[Step](), {x: sp.S.One}
@@ -105,12 +101,7 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
         return self._slopes[k]
 
     def give_slope(self, k: int, slope: Procedure) -> None:
-        """Set the procedure of the derivative of the result by one input, where a shorter one is known.
-
-        Args:
-            k: number of the input.
-            slope: procedure of the derivative.
-        """
+        """Set the procedure of the derivative of the result by one input, where a shorter one is known."""
         self._slopes[k] = self._given[k] = slope
 
 
@@ -122,10 +113,6 @@ class evaluated(sp.Function):  # type: ignore[misc]
     @classmethod
     def at(cls, procedure: Procedure, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
         """Return the result of a procedure as an expression.
-
-        Args:
-            procedure: procedure to evaluate.
-            values: expression of each input of the procedure.
 
         Examples:
             >>> x, y, s = sp.symbols("x y s", real=True)
@@ -158,9 +145,6 @@ def _with_slopes(
 def is_simple(expression: sp.Expr) -> bool:
     """Return whether an expression needs no step of its own: a number, a symbol, or one times the other.
 
-    Args:
-        expression: SymPy expression.
-
     Examples:
         >>> x = sp.Symbol("x", real=True)
         >>> is_simple(2 * x), is_simple(x + 1)
@@ -173,15 +157,7 @@ def is_simple(expression: sp.Expr) -> bool:
 
 
 def expanded(expressions: Sequence[sp.Expr]) -> tuple[list[Step], list[sp.Expr]]:
-    """Return expressions without calls of procedures, and the steps that they use.
-
-    Args:
-        expressions: expressions that may call procedures.
-
-    Returns:
-        Symbol and expression of each step, in order, and the expressions in terms of them. Equal steps are
-        one step.
-    """
+    """Return expressions without calls of procedures, and the steps that they use."""
     expansion = _Expansion()
     results = [expansion(e) for e in expressions]
     return expansion.steps, results
@@ -189,13 +165,6 @@ def expanded(expressions: Sequence[sp.Expr]) -> tuple[list[Step], list[sp.Expr]]
 
 def common_parts(expressions: Sequence[sp.Expr], **how: Any) -> tuple[list[Step], list[sp.Expr]]:
     """Return common parts of expressions like `sympy.cse`, and calls of procedures as their steps.
-
-    Args:
-        expressions: expressions that may call procedures.
-        **how: further arguments of `sympy.cse`.
-
-    Returns:
-        Symbol and expression of each part, in order, and the expressions in terms of them.
 
     Examples:
         >>> x, s = sp.symbols("x s", real=True)
@@ -245,10 +214,6 @@ def scope_for(values: Mapping[sp.Symbol, Any], scopes: list[dict[sp.Symbol, Any]
     """Return what is known where the inputs of a procedure have some values.
 
     Calls whose common inputs have the same values share a scope, and so the steps that are done there.
-
-    Args:
-        values: value of each input of the procedure.
-        scopes: values of inputs and steps of earlier calls; a new scope is added to them.
     """
     for scope in scopes:
         if all(scope.get(x, value) == value for x, value in values.items()):

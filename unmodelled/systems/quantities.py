@@ -71,23 +71,13 @@ CLOCK = Quantity(SECOND, scaled=True)
 
 
 def literal(value: int | float) -> Quantity:
-    """Return the quantity of a written number: 2.0 can have a unit, 2 and 0.5 are counts and fractions.
-
-    Args:
-        value: number, with its type as written (2 is an integer, 2.0 is not).
-
-    Returns:
-        Dimensionless quantity, or one of unknown dimension.
-    """
+    """Return the quantity of a written number: 2.0 can have a unit, 2 and 0.5 are counts and fractions."""
     simple = abs(value) <= 100 if isinstance(value, int) else value in (0.25, 0.5, 0.75, 1.5)
     return Quantity(ONE if simple else None, number=True)
 
 
 def number_with_unit(value: float) -> str:
     """Return a number as text that an expression takes for a quantity of any unit, see `literal`.
-
-    Args:
-        value: number.
 
     Examples:
         >>> number_with_unit(-20.0), number_with_unit(0.5)
@@ -98,15 +88,7 @@ def number_with_unit(value: float) -> str:
 
 
 def product(a: Quantity, b: Quantity) -> Quantity:
-    """Return the quantity of a product.
-
-    Args:
-        a: quantity of the first factor.
-        b: quantity of the second factor.
-
-    Returns:
-        Quantity of a*b.
-    """
+    """Return the quantity of a product."""
     known = None if a.dimension is None or b.dimension is None else units.times(a.dimension, b.dimension)
     return Quantity(
         known,
@@ -117,45 +99,19 @@ def product(a: Quantity, b: Quantity) -> Quantity:
 
 
 def raised(a: Quantity, exponent: Fraction | None) -> Quantity:
-    """Return the quantity of a power.
-
-    Args:
-        a: quantity of the base.
-        exponent: value of the exponent; None if it is not a number.
-
-    Returns:
-        Quantity of a**exponent.
-    """
+    """Return the quantity of a power."""
     if a.dimension is None or a.dimension == ONE:
         return a
     return replace(a, dimension=None if exponent is None else units.power(a.dimension, exponent))
 
 
 def quotient(a: Quantity, b: Quantity) -> Quantity:
-    """Return the quantity of a quotient.
-
-    Args:
-        a: quantity of the numerator.
-        b: quantity of the denominator.
-
-    Returns:
-        Quantity of a/b.
-    """
+    """Return the quantity of a quotient."""
     return product(a, raised(b, Fraction(-1)))
 
 
 def same(parts: Sequence[Quantity]) -> Quantity:
-    """Return the common quantity of the arguments of a sum, a minimum or a maximum.
-
-    Args:
-        parts: quantities of the arguments.
-
-    Returns:
-        Quantity of the result.
-
-    Raises:
-        UnitsDiffer: if two known dimensions differ.
-    """
+    """Return the common quantity of the arguments of a sum, a minimum or a maximum."""
     known = [(i, q.settled) for i, q in enumerate(parts) if q.settled is not None]
     for i, dimension in known[1:]:
         if dimension != known[0][1]:
@@ -167,32 +123,12 @@ def same(parts: Sequence[Quantity]) -> Quantity:
 
 
 def ratio(parts: Sequence[Quantity]) -> Quantity:
-    """Return the quantity of a comparison or of atan2: dimensionless, from arguments of one dimension.
-
-    Args:
-        parts: quantities of the arguments.
-
-    Returns:
-        Quantity of the result.
-
-    Raises:
-        UnitsDiffer: if two known dimensions differ.
-    """
+    """Return the quantity of a comparison or of atan2: dimensionless, from arguments of one dimension."""
     return replace(RATIO, number=same(parts).number)
 
 
 def pure(parts: Sequence[Quantity]) -> Quantity:
-    """Return the quantity of a function that needs a dimensionless argument, such as a sine.
-
-    Args:
-        parts: quantity of the one argument.
-
-    Returns:
-        Quantity of the result.
-
-    Raises:
-        NotDimensionless: if the argument has a dimension.
-    """
+    """Return the quantity of a function that needs a dimensionless argument, such as a sine."""
     (argument,) = parts
     dimension = argument.settled
     if dimension is not None and dimension != ONE:
@@ -201,41 +137,17 @@ def pure(parts: Sequence[Quantity]) -> Quantity:
 
 
 def flag(parts: Sequence[Quantity]) -> Quantity:
-    """Return the quantity of a sign or a unit step: dimensionless.
-
-    Args:
-        parts: quantity of the one argument.
-
-    Returns:
-        Quantity of the result.
-    """
+    """Return the quantity of a sign or a unit step: dimensionless."""
     return replace(RATIO, number=parts[0].number)
 
 
 def root(parts: Sequence[Quantity]) -> Quantity:
-    """Return the quantity of a square root.
-
-    Args:
-        parts: quantity of the one argument.
-
-    Returns:
-        Quantity of the result.
-    """
+    """Return the quantity of a square root."""
     return raised(parts[0], Fraction(1, 2))
 
 
 def branch(parts: Sequence[Quantity]) -> Quantity:
-    """Return the quantity of where(condition, a, b).
-
-    Args:
-        parts: quantities of the three arguments.
-
-    Returns:
-        Common quantity of a and b.
-
-    Raises:
-        UnitsDiffer: if the dimensions of a and b differ.
-    """
+    """Return the quantity of where(condition, a, b)."""
     try:
         return same(parts[1:])
     except UnitsDiffer as differ:

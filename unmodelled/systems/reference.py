@@ -24,12 +24,7 @@ def torch_equations(system: System, expressions: Sequence[sp.Expr]) -> Equations
 
     The arguments have the shapes that `numpy_system_function` describes; results are differentiable.
 
-    Args:
-        system: system whose symbols and tables the expressions use.
-        expressions: k expressions.
-
-    Returns:
-        Function of tensors with results of shape (..., k).
+    Gives (..., k).
 
     Examples:
         >>> from pathlib import Path

@@ -53,14 +53,7 @@ class Scope:
 
 
 def scope_of(system: System) -> Scope:
-    """Return the scope of all names of a system.
-
-    Args:
-        system: system to take the names from.
-
-    Returns:
-        Scope of its states, inputs, constants, parameters, efforts, signals, tables and functions of a robot.
-    """
+    """Return the scope of all names of a system."""
     symbols = (*system.x, *system.u, *system.c, *system.p, *system.e)
     values = {str(s): Value(s) for s in symbols}
     values |= {name: Value(e, UNKNOWN, *tree_size(e)) for name, e in system.signals.items()}
@@ -71,12 +64,6 @@ def scope_of(system: System) -> Scope:
 
 def tree_size(expression: sp.Expr) -> tuple[int, int]:
     """Return the number of nodes and the depth of an expression tree.
-
-    Args:
-        expression: SymPy expression.
-
-    Returns:
-        Number of nodes and depth.
 
     Examples:
         >>> x = sp.Symbol("x")
@@ -91,14 +78,7 @@ def tree_size(expression: sp.Expr) -> tuple[int, int]:
 
 
 def derivative_size(expression: sp.Expr) -> int:
-    """Return an upper bound of the number of nodes of a derivative, without differentiating.
-
-    Args:
-        expression: SymPy expression; each factor of a product gives one product in the derivative.
-
-    Returns:
-        Upper bound of the number of nodes.
-    """
+    """Return an upper bound of the number of nodes of a derivative, without differentiating."""
     return _sizes(expression)[1]
 
 

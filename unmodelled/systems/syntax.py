@@ -36,25 +36,12 @@ _HINTS = {
 
 
 def shown(text: str) -> str:
-    """Return a text in quotes on one line, cut after 60 characters.
-
-    Args:
-        text: text from a file.
-
-    Returns:
-        Text for an error message.
-    """
+    """Return a text in quotes on one line, cut after 60 characters."""
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def names(text: str) -> list[str]:
     """Return the words of a text in order, whether or not the text is an expression.
-
-    Args:
-        text: text from a file.
-
-    Returns:
-        Words that could be names.
 
     Examples:
         >>> names("2*x + sin(t)")
@@ -64,18 +51,7 @@ def names(text: str) -> list[str]:
 
 
 def tree(text: str, where: str) -> tuple[str, ast.expr]:
-    """Return an expression on one line with its syntax tree; nothing is executed.
-
-    Args:
-        text: expression as written by the user; at most 8000 characters and 3000 nodes.
-        where: start of the error message, such as file and line.
-
-    Returns:
-        The text on one line, and its tree of numbers, names, operators and calls.
-
-    Raises:
-        BadInput: if a token is not allowed, or if the text is empty, too long or not an expression.
-    """
+    """Return an expression on one line with its syntax tree; nothing is executed."""
     if len(text) > LONGEST:
         raise BadInput(
             f"{where}: an expression has at most {LONGEST} characters, got {len(text)}: name parts "

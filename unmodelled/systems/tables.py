@@ -36,11 +36,7 @@ class Table:
     def pieces(self, order: int = 0) -> tuple[Array, Array]:
         """Return knots and polynomial coefficients of a derivative.
 
-        Args:
-            order: order of the derivative, 0 (the characteristic itself, default) to 3.
-
-        Returns:
-            Knots of shape (n,) and coefficients of shape (4, n - 1), highest power first.
+        Gives (n,) and (4, n - 1).
         """
         from scipy.interpolate import CubicSpline, PPoly
 

@@ -80,22 +80,14 @@ class LoggedUnit:
     def to_si(self, values: Array) -> Array:
         """Convert values of the column to SI units.
 
-        Args:
-            values: values as logged, shape (...).
-
-        Returns:
-            Values in SI units, shape (...).
+        Takes values (...); gives (...).
         """
         return self.offset + self.factor * values
 
     def from_si(self, values: Array) -> Array:
         """Convert values in SI units to those of the column.
 
-        Args:
-            values: values in SI units, shape (...).
-
-        Returns:
-            Values as logged, shape (...).
+        Takes values (...); gives (...).
         """
         return (values - self.offset) / self.factor
 
@@ -111,15 +103,6 @@ _LINEAR_AT = 3.0
 
 def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
     """Parse the unit of a column of a log, which may be any unit.
-
-    Args:
-        text: unit, such as "mm", "deg", "rpm", "mA" or "degC".
-
-    Returns:
-        SI unit of the quantity, and the unit of the column; None if it is the SI unit.
-
-    Raises:
-        ValueError: if the text is not a unit, or a logarithmic one such as dB.
 
     Examples:
         >>> unit, logged = parse_logged("rpm")
@@ -137,15 +120,6 @@ def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
 
 def parse_unit(text: str) -> Unit:
     """Parse a unit.
-
-    Args:
-        text: coherent SI unit, such as "N s/m" or "kg m^2"; "", "-", "1" and "rad" are dimensionless.
-
-    Returns:
-        Unit with its dimension.
-
-    Raises:
-        ValueError: if the text is not a unit, or not a coherent SI unit (mm, deg, rpm).
 
     Examples:
         >>> describe(parse_unit("N s/m").dimension)
@@ -228,41 +202,18 @@ def _registry() -> pint.UnitRegistry[float]:
 
 
 def times(a: Dimension, b: Dimension) -> Dimension:
-    """Return the dimension of a product.
-
-    Args:
-        a: dimension of the first factor.
-        b: dimension of the second factor.
-
-    Returns:
-        Sum of the exponents.
-    """
+    """Return the dimension of a product."""
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 def power(a: Dimension, exponent: Fraction) -> Dimension:
-    """Return the dimension of a power.
-
-    Args:
-        a: dimension of the base.
-        exponent: value of the exponent.
-
-    Returns:
-        Exponents times `exponent`.
-    """
+    """Return the dimension of a power."""
     return tuple(x * exponent for x in a)
 
 
 @cache
 def describe(dimension: Dimension) -> str:
     """Return a unit of a dimension.
-
-    Args:
-        dimension: exponents of kg, m, s, A, K, mol and cd.
-
-    Returns:
-        Named unit such as N if there is one, otherwise a product of base units; one of three and more is
-        written with a named unit and one base unit if it can be, or else with a named unit and two.
 
     Examples:
         >>> describe(parse_unit("kg m/s^2").dimension)

@@ -21,15 +21,8 @@ TAKES_PART = 0.2
 
 
 def advice(names: Sequence[str], found: Profiles, bend: Curvature) -> list[str]:
-    """Return sentences on each parameter's interval, on correlated parameters and on parameters at a bound.
-
-    Args:
-        names: names of the k parameters, including fixed ones.
-        found: profiles of the free parameters.
-        bend: curvature of the log-likelihood at the optimum of the profiles.
-
-    Returns:
-        Sentences, without a full stop.
+    """Return sentences on each parameter's interval, on correlated parameters and on parameters at
+    a bound.
     """
     better = (
         [f"the profiles found a better optimum: its log-likelihood is higher by {found.gain:.3g}"]

@@ -80,13 +80,7 @@ def climb(objective: Objective, box: Box, start: Array) -> tuple[Peak, int]:
 
     Slopes are central differences, evaluated in one batch.
 
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
-        box: bounds of the k parameters; fixed ones do not move.
-        start: parameters to start from, shape (k,).
-
-    Returns:
-        The maximum, and the number of evaluations.
+    Takes objective (B,), start (k,).
 
     Examples:
         >>> peak, _ = climb(lambda a: -((a[:, 0] - 0.3) ** 2), Box(np.array([[0.0, 1.0]])), np.array([0.9]))

@@ -66,11 +66,7 @@ class Box:
     def to_alpha(self, unit: ArrayLike) -> Array:
         """Return the parameters at points of the unit cube.
 
-        Args:
-            unit: points of the unit cube, shape (..., free).
-
-        Returns:
-            Parameters of shape (..., k).
+        Takes unit (..., free); gives (..., k).
         """
         share = np.asarray(unit, float)
         low, high = self._scaled(self.bounds.T)[..., self.free]
@@ -82,11 +78,7 @@ class Box:
     def to_unit(self, alpha: ArrayLike) -> Array:
         """Return the points of the unit cube that stand for parameters.
 
-        Args:
-            alpha: parameters of shape (..., k); moved into the bounds first.
-
-        Returns:
-            Points of shape (..., free).
+        Takes alpha (..., k); gives (..., free).
         """
         low, high = self._scaled(self.bounds.T)[..., self.free]
         inside = self._scaled(self.clip(alpha))[..., self.free]
@@ -95,23 +87,12 @@ class Box:
     def clip(self, alpha: ArrayLike) -> Array:
         """Return the parameters, moved to the nearest point within the bounds.
 
-        Args:
-            alpha: parameters of shape (..., k).
-
-        Returns:
-            Parameters of shape (..., k).
+        Takes alpha (..., k); gives (..., k).
         """
         return np.asarray(np.clip(alpha, self.bounds[:, 0], self.bounds[:, 1]))
 
     def pinned(self, values: dict[int, float]) -> Box:
-        """Return the box with some parameters fixed.
-
-        Args:
-            values: fixed value by index of the parameter.
-
-        Returns:
-            Box in which these parameters are fixed.
-        """
+        """Return the box with some parameters fixed."""
         bounds = self.bounds.copy()
         for index, value in values.items():
             bounds[index] = value

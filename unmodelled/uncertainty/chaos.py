@@ -57,14 +57,7 @@ class Chaos:
     def nodes(self, alpha: Array) -> Array:
         """Return the collocation points of the parameters.
 
-        Args:
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-        Returns:
-            Points of shape (order^n, n); the last parameter changes fastest.
-
-        Raises:
-            BadInput: if a family has no distribution with these parameters.
+        Takes alpha (n, 2); gives (order^n, n).
         """
         self._check(alpha)
         phi = _rule(self._germs(alpha), self.degree, self.order).points
@@ -74,16 +67,7 @@ class Chaos:
     def expand(self, alpha: Array, values: Array) -> Expansion:
         """Compute the coefficients of all outputs by eq. (3.11).
 
-        Args:
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-            values: outputs at `nodes(alpha)`, shape (order^n, L).
-
-        Returns:
-            Expansion of L outputs.
-
-        Raises:
-            BadInput: if a family has no distribution with these parameters.
-            ValueError: if the values have another shape or are not finite.
+        Takes alpha (n, 2), values (order^n, L).
         """
         self._check(alpha)
         values, rows = np.asarray(values), self.order ** len(self.families)
@@ -151,25 +135,14 @@ class Expansion:
         The expectation of a power of a polynomial is computed by an exact quadrature rule, which gives the
         same number as the sum over all products of m coefficients (r^m terms).
 
-        Args:
-            count: highest order of the moments.
-
-        Returns:
-            Moments of the orders 1 to `count`, shape (count, L).
+        Gives (count, L).
         """
         return self._moments(self.coefficients, count)
 
     def standardised(self, count: int) -> Array:
         """Compute moments of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ...
 
-        Args:
-            count: highest order of the moments.
-
-        Returns:
-            Moments of the orders 1 to `count`, shape (count, L), dimensionless.
-
-        Raises:
-            ValueError: if the variance of an output is zero.
+        Gives (count, L).
         """
         deviation = np.sqrt(self.variance)
         constant = deviation <= ROUNDING * np.abs(self.mean)
@@ -193,12 +166,7 @@ class Expansion:
 def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
     """Return the degrees of the univariate factors of every polynomial (eq. 3.6).
 
-    Args:
-        parameters: number of uncertain parameters n.
-        degree: largest total degree.
-
-    Returns:
-        Degrees of shape (r, n), sorted by total degree, then by falling degrees of the first parameters.
+    Gives (r, n).
 
     Examples:
         >>> multi_indices(2, 2).tolist()

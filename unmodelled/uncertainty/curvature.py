@@ -56,16 +56,7 @@ def curvature(objective: Objective, bounds: Array, alpha: Array) -> Curvature:
 
     Next to a bound the differences are taken around the nearest point with enough room.
 
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
-        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
-        alpha: estimate, shape (k,).
-
-    Returns:
-        Hessian, covariance, standard errors and correlation.
-
-    Raises:
-        BadInput: if a bound is not finite, or if a lower bound exceeds its upper bound.
+    Takes objective (B,), bounds (k, 2), alpha (k,).
 
     Examples:
         >>> found = curvature(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-1.0, 1.0]]), np.zeros(1))

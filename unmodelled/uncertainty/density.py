@@ -69,13 +69,7 @@ class Density(ABC):
 def check_spread(mean: Array, std: Array) -> None:
     """Refuse outputs without spread.
 
-    Args:
-        mean: means of the outputs, shape (L,).
-        std: standard deviations of the outputs, shape (L,).
-
-    Raises:
-        BadInput: if a mean is not finite, or if a standard deviation is not positive and finite; the message
-            names the output.
+    Takes mean (L,), std (L,).
     """
     bad = ~(np.isfinite(mean) & np.isfinite(std) & (std > 0.0))
     if bad.any():
@@ -128,12 +122,7 @@ def earth_mover_distance(p: Density, q: Density) -> Array:
     single variable this is the area between the cumulative probabilities (Wasserstein distance of order 1),
     computed by the trapezoidal rule to about 1e-5 of the wider window.
 
-    Args:
-        p: first density of L outputs.
-        q: second density of L outputs.
-
-    Returns:
-        Distances of shape (L,), in the unit of the outputs.
+    Gives (L,).
 
     Examples:
         >>> one, other = (GaussianDensity(np.array([m]), np.array([1.0])) for m in (0.0, 0.3))

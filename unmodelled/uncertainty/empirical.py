@@ -53,12 +53,7 @@ class Histogram:
     def add(self, samples: Array) -> None:
         """Add samples; the first chunk sets the ranges, later ones can widen them.
 
-        Args:
-            samples: samples of shape (S, L), in the unit of the outputs.
-
-        Raises:
-            BadInput: if a sample is not finite, or if all samples of an output in the first chunk are equal;
-                the message names the output.
+        Takes samples (S, L).
         """
         samples = np.ascontiguousarray(samples, np.float64)
         least, most = samples.min(0), samples.max(0)
@@ -138,14 +133,7 @@ class Empirical(Density):
     def of(cls, samples: Array) -> Empirical:
         """Estimate densities from samples that fit into memory; otherwise fill a `Histogram`.
 
-        Args:
-            samples: samples of shape (S, L), in the unit of the outputs.
-
-        Returns:
-            Densities of L outputs.
-
-        Raises:
-            BadInput: if samples of an output are not finite or all equal.
+        Takes samples (S, L).
         """
         histogram = Histogram()
         histogram.add(samples)
@@ -155,15 +143,6 @@ class Empirical(Density):
     def from_histogram(cls, histogram: Histogram) -> Empirical:
         """Estimate densities by Gaussian smoothing of a histogram (`smoothing_width`) and a spline through
         it.
-
-        Args:
-            histogram: histogram of L outputs.
-
-        Returns:
-            Densities of L outputs.
-
-        Raises:
-            ValueError: if the histogram is empty.
         """
         if not histogram.size:
             raise ValueError("the histogram holds no samples")
@@ -185,11 +164,7 @@ class Empirical(Density):
     def log_density(self, y: Array) -> Array:
         """Return the natural logarithm of the densities.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Log-densities of shape (..., L), finite everywhere.
+        Takes y (..., L); gives (..., L).
         """
         a, b, c, _, t = self._piece(y)
         value = (1.0 - self.share) * ((3.0 * a * t + 2.0 * b) * t + c) / self.width
@@ -199,11 +174,7 @@ class Empirical(Density):
     def cumulative(self, y: Array) -> Array:
         """Return the cumulative probabilities.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Probabilities of at most y, shape (..., L).
+        Takes y (..., L); gives (..., L).
         """
         a, b, c, d, t = self._piece(y)
         inside = ((a * t + b) * t + c) * t + d
@@ -212,8 +183,7 @@ class Empirical(Density):
     def window(self) -> Array:
         """Return the intervals between the knots where the spline rises.
 
-        Returns:
-            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        Gives (L, 2).
         """
         risen = self.pieces[3]
         first = np.argmax(risen > NEGLIGIBLE, axis=0) - 1
@@ -235,15 +205,7 @@ def smoothing_width(shares: Array, std: Array, power: Array, frequency: Array, s
     without products of a sample with itself. The width lies between the bin width of Freedman and Diaconis
     (narrow enough for separate peaks) and the width of Silverman (wide enough for few samples).
 
-    Args:
-        shares: relative frequencies, shape (BINS, L).
-        std: standard deviations, shape (L,), in bins.
-        power: squared magnitudes of the Fourier transform of the shares, shape (frequencies, L).
-        frequency: frequencies in rad per bin, shape (frequencies, 1).
-        size: number of samples.
-
-    Returns:
-        Standard deviations of shape (L,), in bins, at least 1.
+    Takes shares (BINS, L), std (L,), power (frequencies, L), frequency (frequencies, 1); gives (L,).
     """
     rising = np.cumsum(shares, axis=0)
     quartiles = np.maximum(np.argmax(rising > 0.75, axis=0) - np.argmax(rising > 0.25, axis=0), 1.0)

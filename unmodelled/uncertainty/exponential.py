@@ -39,14 +39,7 @@ PANELS, NODES = 128, 12
 def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
     """Compute the coefficients of the densities of largest entropy with given moments (appendix 3.6).
 
-    Args:
-        moments: moments of z of the orders 0 (which is 1) to K, shape (L, K + 1).
-        support: ends of the interval of z, shape (L, 2).
-
-    Returns:
-        Coefficients c of log f(z) = sum c_k z^k, shape (L, K + 1), with the integral of f equal to 1; numbers
-        of Newton steps, shape (L,); whether a solution was found, shape (L,): without one the coefficients
-        are meaningless.
+    Takes moments (L, K + 1), support (L, 2); gives (L, K + 1) and (L,) and (L,).
 
     Examples:
         >>> moments, support = np.array([[1.0, 0.0, 1.0, 0.0, 3.0]]), np.array([[-8.0, 8.0]])
@@ -76,9 +69,7 @@ def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.
 def _solve(coefficients: Array, moments: Array, support: Array, nodes: Array, weights: Array) -> Any:
     """Improve the coefficients (L, K + 1) in place on one quadrature rule.
 
-    Returns:
-        Numbers of steps before the last one, shape (L,), which reduces only rounding errors; -1 minus the
-        number of steps without a solution.
+    Gives (L,).
     """
     steps = np.empty(len(moments), np.int64)
     for l in range(len(moments)):
@@ -178,11 +169,7 @@ def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Arra
 def gauss_legendre(nodes: int) -> tuple[Array, Array]:
     """Return a Gauss-Legendre quadrature rule on [-1, 1].
 
-    Args:
-        nodes: number of nodes n.
-
-    Returns:
-        Nodes of shape (n,) and weights of shape (n,).
+    Gives (n,) and (n,).
     """
     points, weights = roots_legendre(nodes)
     return points, weights
@@ -191,12 +178,7 @@ def gauss_legendre(nodes: int) -> tuple[Array, Array]:
 def panel_integrals(coefficients: Array, support: Array) -> Array:
     """Compute the integrals of the densities from their lower ends to the ends of all panels.
 
-    Args:
-        coefficients: coefficients c of exp(sum c_k z^k), shape (L, K + 1).
-        support: ends of the interval of z, shape (L, 2).
-
-    Returns:
-        Integrals of shape (L, PANELS + 1); the first column is zero.
+    Takes coefficients (L, K + 1), support (L, 2); gives (L, PANELS + 1).
     """
     panels: Array = _panels(coefficients, support, *gauss_legendre(NODES))
     return np.asarray(np.cumsum(panels, -1))
@@ -205,14 +187,7 @@ def panel_integrals(coefficients: Array, support: Array) -> Array:
 def integral(coefficients: Array, support: Array, sums: Array, z: Array) -> Array:
     """Compute the integrals of the densities from their lower ends to given points.
 
-    Args:
-        coefficients: coefficients c of exp(sum c_k z^k), shape (L, K + 1).
-        support: ends of the interval of z, shape (L, 2).
-        sums: result of `panel_integrals` for the same densities, shape (L, PANELS + 1).
-        z: points of shape (points, L).
-
-    Returns:
-        Integrals of shape (points, L).
+    Takes coefficients (L, K + 1), support (L, 2), sums (L, PANELS + 1), z (points, L); gives (points, L).
     """
     return np.asarray(_integral(coefficients, support, sums, np.ascontiguousarray(z), *gauss_legendre(NODES)))
 
@@ -221,12 +196,7 @@ def integral(coefficients: Array, support: Array, sums: Array, z: Array) -> Arra
 def polynomial(c: Array, z: float) -> float:
     """Evaluate the polynomial sum c_k z^k.
 
-    Args:
-        c: coefficients of shape (K + 1,), lowest power first.
-        z: argument of the polynomial.
-
-    Returns:
-        Value of the sum.
+    Takes c (K + 1,).
     """
     value = 0.0
     for k in range(c.size - 1, -1, -1):

@@ -81,20 +81,7 @@ def identify(
 
     The same seed gives the same result.
 
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k); noise of 1e-6 is
-            tolerated, and values that are not finite count as minus infinity.
-        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
-        settings: settings of the evolutionary search; default None: `Settings()`.
-        seed: seed of the random generator; default 0.
-        description: text of the progress bar; default None: no progress bar.
-
-    Returns:
-        Most likely parameters, and how the search went.
-
-    Raises:
-        BadInput: if the bounds are invalid or all parameters are fixed, or if the log-likelihood of the first
-            population is nowhere finite or everywhere equal.
+    Takes objective (B,), bounds (k, 2).
 
     Examples:
         >>> def log_likelihood(alphas):
@@ -124,12 +111,7 @@ def identify(
 def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
     """Return whether free parameters lie on one of their bounds.
 
-    Args:
-        box: bounds of k parameters.
-        alpha: parameters of shape (k,).
-
-    Returns:
-        Truth values of shape (k,); False for fixed parameters.
+    Takes alpha (k,); gives (k,).
     """
     unit = box.to_unit(alpha)
     found = np.zeros(box.size, bool)

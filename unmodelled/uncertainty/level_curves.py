@@ -46,18 +46,7 @@ class Monotone:
     def of(cls, names: Sequence[str], bounds: Array, values: Array, hermite: Array) -> Monotone:
         """Find the directions along which the outputs are monotone.
 
-        Args:
-            names: names of the n parameters.
-            bounds: lower and upper bounds, shape (n, 2).
-            values: outputs at the nodes, shape (m_1, ..., m_n, L).
-            hermite: outputs at the nodes, each followed by its slope per cell along every axis, shape
-                (2 m_1, ..., 2 m_n, L).
-
-        Returns:
-            Surfaces of L outputs.
-
-        Raises:
-            BadInput: if there are more than two parameters, or if an output is not monotone along any axis.
+        Takes bounds (n, 2), values (m_1, ..., m_n, L), hermite (2 m_1, ..., 2 m_n, L).
         """
         n = len(names)
         if n > 2:
@@ -91,13 +80,7 @@ class Monotone:
     def curves(self, y: Array, ends: Array, nodes: int) -> LevelCurves:
         """Follow level curves of the outputs.
 
-        Args:
-            y: values of the outputs, shape (P, L).
-            ends: lower and upper ends of the part of the bounds to search, shape (n, 2).
-            nodes: number of nodes per curve.
-
-        Returns:
-            Nodes and weights along the curves.
+        Takes y (P, L), ends (n, 2).
         """
         n, outputs = len(self.bounds), len(self.tables)
         low, width = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
@@ -141,12 +124,7 @@ class LevelCurves:
     def density(self, families: Sequence[Family], alpha: Array) -> Array:
         """Return the densities of the outputs at the values.
 
-        Args:
-            families: families of the n parameters.
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-        Returns:
-            Densities of shape (P, L).
+        Takes alpha (n, 2); gives (P, L).
         """
         product = self.weights[..., 0].copy()
         for i, (family, two) in enumerate(zip(families, alpha, strict=True)):
@@ -156,12 +134,7 @@ class LevelCurves:
     def cumulative(self, families: Sequence[Family], alpha: Array) -> Array:
         """Return the probabilities of outputs up to the values.
 
-        Args:
-            families: families of the n parameters.
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-        Returns:
-            Probabilities of shape (P, L).
+        Takes alpha (n, 2); gives (P, L).
         """
         below = families[0].cumulative(self.theta[..., 0], alpha[0])
         product = self.weights[..., 1] * np.where(self.falling[:, None, 0], 1.0 - below, below)

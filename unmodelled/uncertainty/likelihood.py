@@ -29,12 +29,7 @@ def tail_floor(spans: Array, tail: float = TAIL) -> Array:
     one of 100 bins is a density of 5e-4 / range. The range is that of the response over its bounds, so that
     the limit does not depend on the identified parameters.
 
-    Args:
-        spans: smallest and largest value of the outputs, shape (L, 2).
-        tail: share of data that is assumed to be spread evenly over the range; default 1e-4.
-
-    Returns:
-        Log-densities of shape (L,).
+    Takes spans (L, 2); gives (L,).
 
     Examples:
         >>> tail_floor(np.array([[0.0, 2.0]])).round(4).tolist()
@@ -70,13 +65,7 @@ class LogLikelihood:
 def log_likelihoods(density: Density, y: Array, floor: Array | float = -np.inf) -> LogLikelihood:
     """Compute the log-likelihoods of data under the densities of the outputs.
 
-    Args:
-        density: densities of L outputs.
-        y: data of shape (L,).
-        floor: smallest log-density that counts, shape (L,) or a scalar; default -inf.
-
-    Returns:
-        Log-likelihoods of the data.
+    Takes y (L,), floor (L,).
 
     Examples:
         >>> from unmodelled.uncertainty.density import GaussianDensity
@@ -91,12 +80,7 @@ def log_likelihoods(density: Density, y: Array, floor: Array | float = -np.inf) 
 def floored(log_density: Array, floor: Array | float) -> LogLikelihood:
     """Return log-densities with a lower limit.
 
-    Args:
-        log_density: log-densities of shape (..., L); nan counts as below the limit.
-        floor: smallest log-density that counts, shape (L,) or a scalar.
-
-    Returns:
-        Log-likelihoods of the data.
+    Takes log_density (..., L), floor (L,).
     """
     above = log_density >= floor
     return LogLikelihood(np.where(above, log_density, floor), ~above)
@@ -106,12 +90,7 @@ def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
     """Return a function that computes log-densities of data for a batch of distributions, one after the
     other.
 
-    Args:
-        propagation: densities of L outputs as a function of alpha, shape (n, 2).
-        y: data of shape (L,).
-
-    Returns:
-        Function of a batch of alpha, shape (B, n, 2), that returns log-densities of shape (B, L).
+    Takes propagation (n, 2), y (L,); gives (B, n, 2) and (B, L).
     """
 
     def each(alphas: Array) -> Array:
@@ -123,13 +102,7 @@ def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
 def objective(log_density: LogDensity, floor: Array | float = -np.inf) -> Callable[[Array], Array]:
     """Return the total log-likelihood as a function of flat parameters, in the order of the text.
 
-    Args:
-        log_density: log-densities of the data as a function of a batch of alpha (`at_data`).
-        floor: smallest log-density that counts, shape (L,) or a scalar; default -inf.
-
-    Returns:
-        Function of parameters (mu_1, ..., mu_n, sigma_1, ..., sigma_n), shape (B, 2 n), that returns total
-        log-likelihoods of shape (B,).
+    Takes floor (L,); gives (B, 2 n) and (B,).
     """
 
     def total(flat: Array) -> Array:

@@ -45,20 +45,7 @@ class MaximumEntropy(Density):
     def fit(cls, mean: Array, std: Array, moments: Array, support: Array | None = None) -> MaximumEntropy:
         """Compute the densities of largest entropy with given moments (eq. 3.13).
 
-        Args:
-            mean: means of the outputs, shape (L,).
-            std: standard deviations of the outputs, shape (L,).
-            moments: standardised moments E[((Y - mean) / std)^k], k = 1 ... K, shape (K, L), K at least 2.
-            support: intervals that can hold each output, shape (L, 2), in its unit, infinite if unknown;
-                default None: unknown. At most 8 standard deviations around the mean are used.
-
-        Returns:
-            Densities of L outputs.
-
-        Raises:
-            BadInput: if there are too few moments, a moment is not finite, an output has no spread, or a mean
-                lies outside its support; the message names the output.
-            ValueError: if moments are not standardised, or if the shapes of the arrays do not match.
+        Takes mean (L,), std (L,), moments (K, L), support (L, 2).
 
         Examples:
             >>> moments = np.array([[0.0], [1.0], [0.0], [3.0]])  # of a normal distribution
@@ -82,11 +69,7 @@ class MaximumEntropy(Density):
     def log_density(self, y: Array) -> Array:
         """Return the natural logarithm of the densities.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Log-densities of shape (..., L); -inf outside the intervals.
+        Takes y (..., L); gives (..., L).
         """
         low, high = self.support.T
         z = (np.clip(y, low, high) - self.mean) / self.std
@@ -98,11 +81,7 @@ class MaximumEntropy(Density):
     def cumulative(self, y: Array) -> Array:
         """Return the cumulative probabilities, by Gauss-Legendre quadrature to about 1e-10.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Probabilities of at most y, shape (..., L).
+        Takes y (..., L); gives (..., L).
         """
         z = (y - self.mean) / self.std
         points = exponential.integral(*self._standardised, self._sums, z.reshape(-1, self.mean.size))
@@ -111,8 +90,7 @@ class MaximumEntropy(Density):
     def window(self) -> Array:
         """Return the intervals where the densities are not zero.
 
-        Returns:
-            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        Gives (L, 2).
         """
         return self.support
 

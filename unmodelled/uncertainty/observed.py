@@ -48,16 +48,7 @@ class Observed:
     def of(cls, names: Sequence[str], surface: Monotone, y: Array) -> Observed:
         """Follow the level curves of data.
 
-        Args:
-            names: names of the n parameters.
-            surface: surfaces of L outputs.
-            y: data of shape (L,).
-
-        Returns:
-            Level curves of the data.
-
-        Raises:
-            BadInput: if the number of data differs from the number of outputs.
+        Takes y (L,).
         """
         if y.shape != surface.direction.shape:
             raise BadInput(
@@ -73,16 +64,7 @@ class Observed:
     def log_density(self, families: Sequence[Family], alphas: Array) -> Array:
         """Return the natural logarithms of the densities at the data.
 
-        Args:
-            families: families of the n independent parameters.
-            alphas: two distribution parameters per uncertain parameter, shape (B, n, 2).
-
-        Returns:
-            Log-densities of shape (B, L); -inf where a density is zero.
-
-        Raises:
-            BadInput: if a family has no distribution with these parameters, or if the probability outside the
-                bounds exceeds 1e-6; the message names the parameter.
+        Takes alphas (B, n, 2); gives (B, L).
         """
         tables = np.empty((len(alphas), len(families), CELLS + 1))
         low, high = self.bounds.T
@@ -98,15 +80,7 @@ class Observed:
 def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str], bounds: Array) -> None:
     """Refuse a parameter distribution that a family does not have, or that reaches outside the bounds.
 
-    Args:
-        families: families of the n independent parameters.
-        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-        names: names of the n parameters.
-        bounds: lower and upper bounds, shape (n, 2).
-
-    Raises:
-        BadInput: if a family has no distribution with these parameters, or if the probability outside the
-            bounds exceeds 1e-6; the message names the parameter.
+    Takes alpha (n, 2), bounds (n, 2).
 
     Examples:
         >>> from unmodelled.uncertainty.families import Gaussian
@@ -137,10 +111,7 @@ def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str
 def _products(position: Array, weight: Array, tables: Array) -> Array:
     """Return sums (B, L) over K nodes of weights times tabulated functions of their coordinates.
 
-    Args:
-        position: coordinates in steps of the tables, shape (L, K, n).
-        weight: weights of shape (L, K).
-        tables: values of the functions, shape (B, n, M), linear in between.
+    Takes position (L, K, n), weight (L, K), tables (B, n, M).
     """
     batch, cells = len(tables), tables.shape[2] - 1
     outputs, nodes, n = position.shape

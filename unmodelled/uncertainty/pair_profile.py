@@ -54,20 +54,7 @@ def profile_pair(
 ) -> PairProfile:
     """Compute the profile likelihood of two parameters, from the optimum outwards with warm starts.
 
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
-        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
-        alpha: parameters of the optimum, shape (k,).
-        pair: indices of the two parameters.
-        first: values of the first parameter, shape (P,), in any order.
-        second: values of the second parameter, shape (Q,), in any order.
-        description: text of the progress bar; default None: no progress bar.
-
-    Returns:
-        Profile on the grid of both parameters.
-
-    Raises:
-        BadInput: if the bounds are invalid, or if the log-likelihood at the optimum is not finite.
+    Takes objective (B,), bounds (k, 2), alpha (k,), first (P,), second (Q,).
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     given = evaluated_optimum(seen, box, alpha)

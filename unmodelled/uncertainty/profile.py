@@ -101,17 +101,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
 
     If a better optimum is found on the way, it replaces the given one and the profiles start again.
 
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
-        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
-        alpha: parameters of the optimum, shape (k,).
-        description: text of the progress bar; default None: no progress bar.
-
-    Returns:
-        Profiles of the free parameters.
-
-    Raises:
-        BadInput: if the bounds are invalid, or if the log-likelihood at the optimum is not finite.
+    Takes objective (B,), bounds (k, 2), alpha (k,).
 
     Examples:
         >>> found = profile(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-2.0, 2.0]]), np.zeros(1))
@@ -131,16 +121,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
 def evaluated_optimum(seen: Recorder, box: Box, alpha: Array) -> Peak:
     """Return a given optimum, moved into the bounds, with its log-likelihood.
 
-    Args:
-        seen: objective that records its evaluations.
-        box: bounds of k parameters.
-        alpha: parameters of the optimum, shape (k,).
-
-    Returns:
-        Point within the bounds.
-
-    Raises:
-        BadInput: if the log-likelihood there is not finite.
+    Takes alpha (k,).
     """
     inside = box.clip(alpha)
     height = float(seen(inside[None])[0])
@@ -203,13 +184,6 @@ class Walk:
     def to_side(self, sign: int, std: float) -> list[Peak]:
         """Return the points of the path on one side, from the optimum outwards, up to a deviance of 6 or a
         bound.
-
-        Args:
-            sign: direction, -1 towards the lower bound or 1 towards the upper one.
-            std: standard error of the parameter.
-
-        Returns:
-            Points of the path, without the optimum.
         """
         here = self.unit(self.optimum)
         one_std = float(self.axis.to_unit([self.optimum.alpha[self.index] + sign * std])[0])
@@ -231,13 +205,6 @@ class Walk:
 
         The climb starts from the last known point, or from the straight line through two known points if that
         is higher.
-
-        Args:
-            unit: value of the parameter in the unit interval of its bounds.
-            *known: last one or two points of the path.
-
-        Returns:
-            Highest point.
         """
         pinned = self.box.pinned({self.index: float(self.axis.to_alpha([unit])[0])})
         starts = pinned.clip([known[-1].alpha])
@@ -249,36 +216,15 @@ class Walk:
         return climb(self.seen, pinned, starts[int(np.argmax(self.seen(starts)))])[0]
 
     def unit(self, point: Peak) -> float:
-        """Return the value of the parameter in the unit interval of its bounds.
-
-        Args:
-            point: point of the path.
-
-        Returns:
-            Number from 0 to 1.
-        """
+        """Return the value of the parameter in the unit interval of its bounds."""
         return float(self.axis.to_unit(point.alpha[[self.index]])[0])
 
     def root(self, point: Peak) -> float:
-        """Return the square root of the deviance, limited to a large number.
-
-        Args:
-            point: point of the path.
-
-        Returns:
-            Square root of the deviance.
-        """
+        """Return the square root of the deviance, limited to a large number."""
         return float(np.sqrt(np.clip(2.0 * (self.optimum.log_likelihood - point.log_likelihood), 0.0, DEEP)))
 
     def limit(self, side: list[Peak]) -> float | None:
-        """Return the value at which the deviance first exceeds the 95 % threshold on one side.
-
-        Args:
-            side: points of the path on that side, from the optimum outwards.
-
-        Returns:
-            Value of the parameter; None if the deviance stays below the threshold.
-        """
+        """Return the value at which the deviance first exceeds the 95 % threshold on one side."""
         level = np.sqrt(THRESHOLD)
         for inner, outer in pairwise([self.optimum, *side]):
             low, high = self.root(inner), self.root(outer)

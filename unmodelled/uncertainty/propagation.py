@@ -135,11 +135,7 @@ class MonteCarlo:
     def outputs(self, alpha: Array) -> Iterator[Array]:
         """Yield the outputs of the samples in blocks.
 
-        Args:
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-        Yields:
-            Blocks of shape (block, L).
+        Takes alpha (n, 2); gives (block, L).
         """
         generator = np.random.default_rng(self.seed)
         return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
@@ -166,11 +162,7 @@ class QuasiMonteCarlo:
     def outputs(self, alpha: Array) -> Iterator[Array]:
         """Yield the outputs of the samples in blocks.
 
-        Args:
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-        Yields:
-            Blocks of shape (block, L).
+        Takes alpha (n, 2); gives (block, L).
         """
         return _outputs(self.response, even_grid(self.families, alpha, self.samples))
 
@@ -183,16 +175,7 @@ def of_moments(
 ) -> GaussianDensity | MaximumEntropy:
     """Return densities with the moments of samples (figure 3.12) instead of those of polynomial chaos.
 
-    Args:
-        blocks: samples in blocks of shape (block, L).
-        count: number of moments; 2 for Gaussians, more for densities of largest entropy.
-        support: intervals that can hold the outputs, shape (L, 2); default None: unknown.
-
-    Returns:
-        Densities of L outputs.
-
-    Raises:
-        BadInput: if `count` is below two, or if all samples of an output in the first block are equal.
+    Takes blocks (block, L), support (L, 2).
     """
     mean, std, moments = sample_moments(blocks, count)
     return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
@@ -204,16 +187,7 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
     Powers of the distance from the first block's mean, in its standard deviations, are summed and shifted to
     the mean of all samples at the end: no cancellation occurs, and no sample is stored.
 
-    Args:
-        blocks: samples in blocks of shape (block, L).
-        count: highest order of the moments, at least 2.
-
-    Returns:
-        Means of shape (L,), standard deviations of shape (L,), standardised moments 1 to count of shape
-        (count, L).
-
-    Raises:
-        BadInput: if `count` is below two, or if all samples of an output in the first block are equal.
+    Takes blocks (block, L); gives (L,) and (L,) and (count, L).
 
     Examples:
         >>> mean, std, moments = sample_moments([np.array([[0.0], [1.0]]), np.array([[2.0], [3.0]])], 4)
@@ -245,12 +219,7 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
 def standardised(raw: Array) -> tuple[Array, Array, Array]:
     """Convert raw moments to standardised moments.
 
-    Args:
-        raw: raw moments of the orders 0 to count, shape (count + 1, L).
-
-    Returns:
-        Means of shape (L,), standard deviations of shape (L,), standardised moments 1 to count of shape
-        (count, L).
+    Takes raw (count + 1, L); gives (L,) and (L,) and (count, L).
 
     Examples:
         >>> mean, std, moments = standardised(np.array([[1.0], [2.0], [5.0]]))

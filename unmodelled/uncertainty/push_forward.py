@@ -65,11 +65,7 @@ class PushForward(Density):
     def log_density(self, y: Array) -> Array:
         """Return the natural logarithm of the densities.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Log-densities of shape (..., L); -inf where a density is zero.
+        Takes y (..., L); gives (..., L).
         """
         rows = np.reshape(y, (-1, np.shape(y)[-1]))
         blocks = [curves.density(self.families, self.alpha) for curves in self._curves(rows)]
@@ -81,11 +77,7 @@ class PushForward(Density):
 
         The first call takes as long as `KNOTS` densities.
 
-        Args:
-            y: values of the outputs, shape (..., L).
-
-        Returns:
-            Probabilities of at most y, shape (..., L).
+        Takes y (..., L); gives (..., L).
         """
         low, step, below, density = self._table
         place = np.clip((y - low) / step, 0.0, KNOTS - 1.0)
@@ -101,8 +93,7 @@ class PushForward(Density):
     def window(self) -> Array:
         """Return the ranges of the outputs over the box that contains practically all parameters.
 
-        Returns:
-            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        Gives (L, 2).
         """
         low, high = self._box(WINDOW_TAIL).T
         axes = np.linspace(low, high, CORNERS).T
@@ -143,17 +134,7 @@ class PushForward(Density):
 def monotone_density(function: Callable[[Array], Array], family: Family, alpha: Array) -> PushForward:
     """Compute the exact densities of monotone functions of one parameter (footnote 4).
 
-    Args:
-        function: outputs of shape (S, L) as a function of theta of shape (S, 1); evaluated once, on a fine
-            grid.
-        family: family of the parameter's distribution.
-        alpha: two parameters of the distribution, shape (1, 2).
-
-    Returns:
-        Densities of L outputs.
-
-    Raises:
-        BadInput: if the function is not finite, or, on evaluation, if it is not monotone.
+    Takes function (S, L), alpha (1, 2).
 
     Examples:
         >>> from unmodelled.uncertainty.families import Uniform

@@ -30,18 +30,7 @@ def replicate(
     The result does not depend on `workers`, because every data set has its own seed. The workers are threads;
     compiled objectives run in parallel if they release Python's global lock (`nogil`).
 
-    Args:
-        data: data sets, each an array of shape (L,).
-        identify_one: function that identifies one data set of shape (L,) with a seed for its search.
-        seed: seed of the random generator from which all seeds are derived.
-        workers: number of data sets that are identified in parallel.
-        description: text of the progress bar; default None: no progress bar.
-
-    Returns:
-        One identification per data set, in their order.
-
-    Raises:
-        BadInput: if there is no data set, or if `workers` is not positive.
+    Takes data (L,), identify_one (L,).
     """
     count = len(data)
     if count < 1 or workers < 1:
@@ -85,14 +74,7 @@ class EstimateScatter:
     def interval(self, level: float = 0.95) -> Array:
         """Return percentile intervals of the estimates.
 
-        Args:
-            level: share of the estimates within the interval; default 0.95.
-
-        Returns:
-            Lower and upper ends, shape (k, 2).
-
-        Raises:
-            BadInput: if `level` is not between 0 and 1.
+        Gives (k, 2).
         """
         if not 0.0 < level < 1.0:
             raise BadInput(f"level must lie between 0 and 1, got {level:g}")
@@ -101,17 +83,7 @@ class EstimateScatter:
 
 
 def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
-    """Summarise the estimates from many data sets.
-
-    Args:
-        found: identifications, at least two.
-
-    Returns:
-        Scatter of the estimates.
-
-    Raises:
-        BadInput: if there are fewer than two identifications.
-    """
+    """Summarise the estimates from many data sets."""
     if len(found) < 2:
         raise BadInput(f"the scatter of estimates needs at least 2 data sets, got {len(found)}")
     alphas = np.array([f.alpha for f in found])
@@ -128,12 +100,7 @@ def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
 def coverage(intervals: ArrayLike, truth: ArrayLike) -> Array:
     """Return the share of intervals that contain the true parameters.
 
-    Args:
-        intervals: lower and upper ends, shape (R, k, 2), infinite on an open side.
-        truth: true parameters, shape (k,).
-
-    Returns:
-        Shares of shape (k,).
+    Takes intervals (R, k, 2), truth (k,); gives (k,).
 
     Examples:
         >>> coverage([[[0.0, 1.0]], [[0.4, 2.0]]], [0.3]).tolist()

@@ -56,16 +56,7 @@ class Formula:
 def evaluate_response(response: Response, theta: Array) -> Array:
     """Evaluate a response and refuse missing outputs.
 
-    Args:
-        response: response of n parameters and L outputs.
-        theta: parameters of shape (S, n).
-
-    Returns:
-        Outputs of shape (S, L), all finite.
-
-    Raises:
-        BadInput: if a parameter lies outside the bounds, or if an output does not exist (the bounds should
-            enclose the feasible area only, section 3.3.3); the message names the first such theta.
+    Takes theta (S, n); gives (S, L).
 
     Examples:
         >>> def positive(theta):
@@ -93,12 +84,7 @@ def evaluate_response(response: Response, theta: Array) -> Array:
 def check_inside(response: Response, theta: Array) -> None:
     """Refuse parameters outside the bounds of a response.
 
-    Args:
-        response: response of n parameters.
-        theta: parameters of shape (S, n).
-
-    Raises:
-        BadInput: if a parameter is NaN or outside the bounds; the message names the first one.
+    Takes theta (S, n).
     """
     low, high = response.bounds.T
     slack = ROUNDING * (high - low)

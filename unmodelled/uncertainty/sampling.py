@@ -17,17 +17,7 @@ Array = NDArray[np.float64]
 def draw(families: Sequence[Family], alpha: Array, count: int, generator: np.random.Generator) -> Array:
     """Draw random samples of n independent parameters.
 
-    Args:
-        families: families of the n parameters.
-        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-        count: number of samples.
-        generator: random generator.
-
-    Returns:
-        Samples of shape (count, n).
-
-    Raises:
-        BadInput: if a family has no distribution alpha, or if `count` is below one.
+    Takes alpha (n, 2); gives (count, n).
 
     Examples:
         >>> from unmodelled.uncertainty.families import Uniform
@@ -43,16 +33,7 @@ def even_grid(families: Sequence[Family], alpha: Array, count: int) -> Array:
 
     This is the "equally distributed grid of S samples" of quasi Monte Carlo (section 3.4.3).
 
-    Args:
-        families: families of the n parameters.
-        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-        count: wanted number of samples; the nearest m^n is used.
-
-    Returns:
-        Samples of shape (m^n, n).
-
-    Raises:
-        BadInput: if a family has no distribution alpha, or if `count` is below one.
+    Takes alpha (n, 2); gives (m^n, n).
 
     Examples:
         >>> from unmodelled.uncertainty.families import Uniform
@@ -78,20 +59,7 @@ def data_sets(
 ) -> Array:
     """Draw synthetic data sets, in which every output has its own parameters (section 3.2.1).
 
-    Args:
-        response: response of n parameters and L outputs.
-        families: families of the n parameters.
-        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-        outputs: number of outputs L.
-        count: number of data sets.
-        generator: random generator.
-
-    Returns:
-        Data of shape (count, L).
-
-    Raises:
-        BadInput: if a family has no distribution alpha, if `count` or `outputs` is below one, or if an output
-            does not exist for a sample.
+    Takes alpha (n, 2); gives (count, L).
     """
     theta = draw(families, alpha, count * outputs, generator).reshape(count, outputs, -1)
     return np.stack([np.diagonal(evaluate_response(response, own)) for own in theta])

@@ -51,17 +51,6 @@ class ResponseSurface:
     def of(cls, response: Response, nodes: Sequence[int]) -> ResponseSurface:
         """Simulate a response once at every node of a grid.
 
-        Args:
-            response: response of n parameters and L outputs.
-            nodes: number of nodes along each of the n axes, at least 3; (15, 9) are 135 simulations. The
-                property `errors` shows which axis needs more.
-
-        Returns:
-            Interpolated response.
-
-        Raises:
-            BadInput: if there are too few nodes, or if an output does not exist.
-
         Examples:
             >>> from unmodelled.uncertainty.response import Formula
             >>> square = Formula(("theta",), np.array([[0.0, 2.0]]), lambda theta: theta**2)
@@ -91,25 +80,13 @@ class ResponseSurface:
     def at(self, y: Array) -> Observed:
         """Follow the level curves of data, for their log-likelihood under any alpha.
 
-        Args:
-            y: data of shape (L,).
-
-        Returns:
-            Level curves of the data.
-
-        Raises:
-            BadInput: if an output is not monotone along any axis, if there are more than two parameters, or
-                if the number of data differs from the number of outputs.
+        Takes y (L,).
         """
         return Observed.of(self.names, self.monotone, y)
 
     @cached_property
     def monotone(self) -> Monotone:
-        """Surface in the form in which its level curves are followed.
-
-        Raises:
-            BadInput: if an output is not monotone along any axis, or if there are more than two parameters.
-        """
+        """Surface in the form in which its level curves are followed."""
         return Monotone.of(self.names, self.bounds, self.values, self._hermite)
 
     @property

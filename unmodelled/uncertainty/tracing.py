@@ -191,16 +191,8 @@ def follow(
     the curve, plus F_2 at the end of the curve on the right edge. The density of the level is the integral of
     f_1 f_2 over the lines that meet the curve, divided by the slopes along them.
 
-    Args:
-        tables: values and slopes per cell, alternating along both axes, shape (L, 2 m_1, 2 m_2).
-        direction: direction of each surface (0, 1 or `DIAGONAL`), shape (L,).
-        part: start and width of the part of the square along both axes, shape (L, 2, 2).
-        levels: levels of shape (P, L).
-        points: quadrature nodes on [0, 1], shape (K,).
-        weights: quadrature weights, shape (K,).
-        share: output, nodes in the unit square, shape (P, L, K, 2).
-        along: output, weights of the nodes in the sums of f_1 f_2 and of F_1 f_2, shape (P, L, K, 2).
-        end: output, y at the end of each curve, shape (P, L).
+    Takes tables (L, 2 m_1, 2 m_2), direction (L,), part (L, 2, 2), levels (P, L), points (K,), weights (K,),
+    share (P, L, K, 2), along (P, L, K, 2), end (P, L).
     """
     share[:], along[:] = 0.5, 0.0
     for p in range(len(levels)):
@@ -222,12 +214,7 @@ def follow(
 def steepness(tables: Array, refinement: int) -> Array:
     """Return the smallest slopes of L surfaces along x, along y and along the diagonal.
 
-    Args:
-        tables: values and slopes per cell, alternating along both axes, shape (L, 2 m_1, 2 m_2).
-        refinement: number of points per cell and axis.
-
-    Returns:
-        Slopes of shape (L, 3).
+    Takes tables (L, 2 m_1, 2 m_2); gives (L, 3).
     """
     least = np.full((len(tables), 3), np.inf)
     m, n = refinement * (tables.shape[1] // 2 - 1), refinement * (tables.shape[2] // 2 - 1)

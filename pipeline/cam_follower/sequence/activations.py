@@ -31,8 +31,7 @@ Q0, Q1, Q2, Q3 = (np.float32(x) for x in (4.89352519e-03, 2.26843463e-03, 1.1853
 def tanh(x: Single) -> None:
     """Compute the hyperbolic tangent in place.
 
-    Args:
-        x: numbers, changed in place, shape (n,).
+    Takes x (n,).
     """
     for j in range(len(x)):
         a = min(max(x[j], -BOUND), BOUND)
@@ -45,8 +44,7 @@ def tanh(x: Single) -> None:
 def sigmoid(x: Single) -> None:
     """Compute the logistic function in place.
 
-    Args:
-        x: numbers, changed in place, shape (n,).
+    Takes x (n,).
     """
     for j in range(len(x)):
         a = min(max(HALF * x[j], -BOUND), BOUND)
@@ -61,10 +59,7 @@ def rectified(x: Single, rate: np.float32, seed: int) -> None:
 
     Random numbers are a hash of the seed and the position, which needs no state and so can be vectorised.
 
-    Args:
-        x: numbers, changed in place, shape (n,).
-        rate: probability that a number is set to zero.
-        seed: seed of the dropout.
+    Takes x (n,).
     """
     if rate == ZERO:
         for j in range(len(x)):
@@ -86,9 +81,7 @@ def rectified(x: Single, rate: np.float32, seed: int) -> None:
 def copy(out: Single, x: Single) -> None:
     """Copy an array; this compiles in a tenth of the time of an assignment to a slice.
 
-    Args:
-        out: array that is overwritten, shape (n,).
-        x: numbers, shape (n,).
+    Takes out (n,), x (n,).
     """
     for j in range(len(out)):
         out[j] = x[j]
@@ -98,9 +91,7 @@ def copy(out: Single, x: Single) -> None:
 def set_rows(out: Single, row: Single) -> None:
     """Set every row of a flat matrix to the same row.
 
-    Args:
-        out: flat matrix that is overwritten, shape (n * width,).
-        row: row, shape (width,).
+    Takes out (n * width,), row (width,).
     """
     width = len(row)
     for i in range(len(out) // width):
@@ -111,9 +102,7 @@ def set_rows(out: Single, row: Single) -> None:
 def add_columns(out: Single, rows: Single) -> None:
     """Add the sum over the rows of a flat matrix.
 
-    Args:
-        out: sum, changed in place, shape (width,).
-        rows: flat matrix, shape (n * width,).
+    Takes out (width,), rows (n * width,).
     """
     width = len(out)
     for i in range(len(rows) // width):

@@ -113,12 +113,7 @@ class Work(NamedTuple):
 def views(p: Single, s: Sizes) -> Weights:
     """Split the vector of weights into its parts.
 
-    Args:
-        p: vector of weights, shape (weights,).
-        s: sizes of the network.
-
-    Returns:
-        Views of the vector.
+    Takes p (weights,).
     """
     a = 4 * s.features * s.hidden
     b = a + 4 * s.hidden * s.hidden
@@ -131,21 +126,14 @@ def views(p: Single, s: Sizes) -> Weights:
 
 
 def filled_up(count: int) -> int:
-    """Round up to the next multiple of `LEAST`.
-
-    Args:
-        count: number to round.
-    """
+    """Round up to the next multiple of `LEAST`."""
     return -(-count // LEAST) * LEAST
 
 
 def room(lengths: Indices, batch: int, s: Sizes) -> tuple[Batch, Work]:
     """Allocate arrays for any mini-batch of a set of runs.
 
-    Args:
-        lengths: number of samples of every run, shape (runs,).
-        batch: largest number of runs in a mini-batch.
-        s: sizes of the network.
+    Takes lengths (runs,).
     """
     longest = np.sort(lengths)[::-1][:batch]
     active = np.count_nonzero(longest > np.arange(longest[0])[:, None], axis=1)

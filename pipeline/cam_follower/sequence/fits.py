@@ -26,24 +26,12 @@ SUMMARY = "fits.json"
 
 
 def path_of(folder: Path, fold: int, repeat: int) -> Path:
-    """Return the path of the file of one fit.
-
-    Args:
-        folder: folder of the fits.
-        fold: number of the fold, from 0.
-        repeat: number of the repeat, from 0.
-    """
+    """Return the path of the file of one fit."""
     return folder / f"{fold:02d}_{repeat:02d}.pt"
 
 
 def save_fit(path: Path, network: DetachmentNetwork, about: Mapping[str, Any]) -> None:
-    """Write a network and facts about it.
-
-    Args:
-        path: path of the file.
-        network: fitted network.
-        about: facts about the fit, plain types only.
-    """
+    """Write a network and facts about it."""
     shape = {
         "features": list(network.inputs.features),
         "settings": list(network.inputs.settings),
@@ -55,15 +43,7 @@ def save_fit(path: Path, network: DetachmentNetwork, about: Mapping[str, Any]) -
 
 
 def read_about(path: Path, inputs: SequenceInputs) -> dict[str, Any]:
-    """Read the facts about a fit.
-
-    Args:
-        path: path of the file.
-        inputs: expected features and settings of the network.
-
-    Raises:
-        BadInput: when the file is damaged, or its network reads other features or settings.
-    """
+    """Read the facts about a fit."""
     about: dict[str, Any] = _checked(path)["about"]
     for name, wanted in (("features", inputs.features), ("settings", inputs.settings)):
         if about[name] != list(wanted):
@@ -73,14 +53,7 @@ def read_about(path: Path, inputs: SequenceInputs) -> dict[str, Any]:
 
 
 def read_fit(path: Path) -> tuple[DetachmentNetwork, dict[str, Any]]:
-    """Read a network that `save_fit` wrote, and the facts about it.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when the file is missing, damaged, or holds another kind of model.
-    """
+    """Read a network that `save_fit` wrote, and the facts about it."""
     content = _checked(path)
     about = content["about"]
     try:
@@ -138,22 +111,13 @@ class Fits:
         return self.networks
 
     def sequences(self, campaign: Campaign) -> Sequences:
-        """Return the runs of a campaign in the form that the networks read.
-
-        Args:
-            campaign: runs with the signals and columns of `inputs`.
-        """
+        """Return the runs of a campaign in the form that the networks read."""
         return Sequences.of(campaign, self.inputs, self.samples)
 
     def predict(self, fold: str, sequences: Sequences) -> Array:
         """Predict the detachment eps of runs by every repeat of a fold.
 
-        Args:
-            fold: name of the fold.
-            sequences: runs as `sequences` returns them.
-
-        Returns:
-            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        Gives (repeats, runs, steps) in m.
         """
         with one_thread():
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
@@ -161,25 +125,13 @@ class Fits:
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Predict the detachment eps of all runs of a campaign by every repeat of a fold.
 
-        Args:
-            fold: name of the fold.
-            campaign: runs with the signals that the model reads.
-
-        Returns:
-            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        Gives (repeats, runs, steps) in m.
         """
         return self.predict(fold, self.sequences(campaign))
 
 
 def read_fits(folder: Path) -> Fits:
-    """Read the networks that `SequenceRecipe.fit` wrote.
-
-    Args:
-        folder: folder of the fits.
-
-    Raises:
-        BadInput: when the training has not finished, or a file is missing or damaged.
-    """
+    """Read the networks that `SequenceRecipe.fit` wrote."""
     summary = read_json(folder / SUMMARY)
     try:
         names, repeats = [str(name) for name in summary["folds"]], range(int(summary["repeats"]))

@@ -58,12 +58,7 @@ class HybridFits:
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Predict the detachment eps of all runs by every repeat of a fold.
 
-        Args:
-            fold: name of the fold.
-            campaign: runs with the signals that the model reads.
-
-        Returns:
-            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        Gives (repeats, runs, steps) in m.
         """
         simulated, network = self.physics.simulated(fold, campaign), self.networks[fold]
         learned = network.detachment(fold, simulated)

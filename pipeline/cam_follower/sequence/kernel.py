@@ -14,16 +14,7 @@ ZERO, ONE, TWO = (np.float32(x) for x in (0.0, 1.0, 2.0))
 
 @compiled
 def forward(w: Weights, batch: Batch, s: Sizes, work: Work, dropout: np.float32, seed: int) -> None:
-    """Compute the outputs of a mini-batch, eq. 5.8 to 5.12.
-
-    Args:
-        w: weights of the network.
-        batch: standardised runs.
-        s: sizes of the network.
-        work: arrays that are filled with all intermediate results.
-        dropout: probability that a unit of the head is ignored.
-        seed: seed of the dropout.
-    """
+    """Compute the outputs of a mini-batch, eq. 5.8 to 5.12."""
     H, F, N, first = s.hidden, s.features, s.head, batch.first
     runs = first[1]
     work.cell[: runs * H] = ZERO
@@ -60,17 +51,7 @@ def gradient(
 ) -> np.float32:
     """Compute the loss of a mini-batch, the mean squared error of eq. 5.12, and its gradient.
 
-    Args:
-        p: vector of weights, shape (weights,).
-        batch: standardised runs.
-        s: sizes of the network.
-        work: arrays for intermediate results.
-        dropout: probability that a unit of the head is ignored.
-        seed: seed of the dropout.
-        slope: gradient of the loss, overwritten, shape (weights,).
-
-    Returns:
-        Loss, scalar.
+    Takes p (weights,), slope (weights,).
     """
     w, g = views(p, s), views(slope, s)
     forward(w, batch, s, work, dropout, seed)

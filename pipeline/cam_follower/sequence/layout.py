@@ -18,14 +18,7 @@ GATES = [0, 1, 3, 2]
 
 
 def sizes(network: DetachmentNetwork) -> Sizes:
-    """Return the sizes of a network.
-
-    Args:
-        network: network with sizes that suit the kernel.
-
-    Raises:
-        BadInput: when the number of hidden units is not a multiple of `LEAST`.
-    """
+    """Return the sizes of a network."""
     hidden, head = network.lstm.hidden_size, network.head.out_features
     for name, size in (("hidden", hidden), ("head", head)):
         if size < 1 or size % LEAST:
@@ -36,11 +29,7 @@ def sizes(network: DetachmentNetwork) -> Sizes:
 def flattened(network: DetachmentNetwork) -> Single:
     """Return the weights in the order of `arrays.Weights`; the two biases of torch's LSTM become their sum.
 
-    Args:
-        network: network to read.
-
-    Returns:
-        Vector of weights, shape (weights,).
+    Gives (weights,).
     """
     s = sizes(network)
     state = {name: tensor.detach().cpu().numpy() for name, tensor in network.state_dict().items()}
@@ -67,9 +56,7 @@ def _by_gate(matrix: Single) -> Single:
 def restore(network: DetachmentNetwork, p: Single) -> None:
     """Copy a vector of weights into a network.
 
-    Args:
-        network: network that is changed in place.
-        p: vector of weights, shape (weights,).
+    Takes p (weights,).
     """
     s = sizes(network)
     w = views(np.ascontiguousarray(p), s)

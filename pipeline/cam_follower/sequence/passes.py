@@ -68,19 +68,7 @@ def epoch(
 
     Mini-batch b contains the runs order[edges[b]:edges[b + 1]], the longest first.
 
-    Args:
-        adam: weights and state of the optimiser, changed in place.
-        runs: standardised training runs.
-        order: numbers of the runs in the order of training, shape (runs,).
-        edges: first position of every mini-batch, and the number of runs, shape (batches + 1,).
-        s: sizes of the network.
-        loaded: arrays for a mini-batch.
-        work: arrays for intermediate results.
-        rate: learning rate.
-        clip: largest norm of the gradient; a longer gradient is scaled down.
-        dropout: probability that a unit of the head is ignored.
-        done: number of mini-batches before this epoch.
-        seed: seed of the dropout.
+    Takes order (runs,), edges (batches + 1,).
     """
     total = np.float64(0.0)
     for b in range(len(edges) - 1):
@@ -95,10 +83,7 @@ def epoch(
 def load(runs: Runs, rows: Indices, loaded: Batch) -> Batch:
     """Copy some runs into the arrays of a mini-batch.
 
-    Args:
-        runs: standardised training runs.
-        rows: numbers of the runs, the longest first, shape (batch,).
-        loaded: arrays that are filled.
+    Takes rows (batch,).
     """
     width, settings, steps = runs.tau.shape[2], runs.q.shape[1], runs.lengths[rows[0]]
     active, total, samples = len(rows), 0, 0

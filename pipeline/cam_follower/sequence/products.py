@@ -21,11 +21,7 @@ LEAST = 4
 
 
 def _tile(rows: int, lanes: int) -> Any:
-    """out[o + r * pitch + l] += sum over k of a[i + r * row + k * step] * b[j + k * width + l].
-
-    Args:
-        rows, lanes: r < rows, l < lanes. depth: k < depth. All arrays are flat and of one type.
-    """
+    """out[o + r * pitch + l] += sum over k of a[i + r * row + k * step] * b[j + k * width + l]."""
 
     def tile(
         context: Any,
@@ -96,18 +92,7 @@ def add_product(
     row by row. `row` and `step` should not be constants at compile time, because loading neighbours as one
     vector and splitting it is slower.
 
-    Args:
-        out: flat array of the sum, changed in place, at least n * width numbers from index o.
-        o: index of the first element of the sum.
-        a: flat array of A, of shape (n, depth).
-        i: index of the first element of A.
-        row: distance between the rows of A.
-        step: distance between the columns of A.
-        b: flat array of B, of shape (depth, width).
-        j: index of the first element of B.
-        n: number of rows of A, a multiple of `LEAST`.
-        depth: number of columns of A.
-        width: number of columns of B, a multiple of `LEAST`.
+    Takes a (n, depth), b (depth, width).
     """
     wide = width - width % LANES
     for first in range(0, wide, LANES):

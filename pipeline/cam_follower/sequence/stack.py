@@ -16,19 +16,7 @@ from unmodelled.base.errors import BadInput
 
 
 def train_stack(starts: Sequence[Start], training: Training, device: str) -> list[Course]:
-    """Train networks of the same shape on the same runs, in place.
-
-    Args:
-        starts: networks before training.
-        training: settings of the training.
-        device: device of torch, such as `cuda`.
-
-    Returns:
-        Course of the training of every network.
-
-    Raises:
-        BadInput: when the device cannot be used.
-    """
+    """Train networks of the same shape on the same runs, in place."""
     try:
         stack = _Stack(starts, training, torch.device(device))
     except (RuntimeError, AssertionError) as error:
@@ -113,16 +101,8 @@ def scaled_output(
 ) -> Tensor:
     """Return the standardised outputs of a stack of networks, eq. 5.8 to 5.12.
 
-    Args:
-        p: weights in the order of `arrays.Weights`, shape (members, weights).
-        s: sizes of the networks.
-        tau: standardised features, shape (members, runs, steps, features).
-        q: standardised settings, shape (members, runs, settings).
-        ignored: function that applies dropout to the units of the head, shape (members, runs, steps, head);
-            default: no dropout.
-
-    Returns:
-        Standardised outputs, shape (members, runs, steps).
+    Takes p (members, weights), tau (members, runs, steps, features), q (members, runs, settings), ignored
+    (members, runs, steps, head); gives (members, runs, steps).
     """
     members, runs, steps = tau.shape[:3]
     lengths = [len(part) for part in views(np.zeros(s.weights, np.float32), s)]

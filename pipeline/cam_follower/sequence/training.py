@@ -89,12 +89,7 @@ class Course:
         return self.converged or self.diverged or self.updates >= self.training.most
 
     def after_epoch(self, loss: float, batches: int) -> None:
-        """Record the loss of an epoch, and lower the learning rate if the loss has stopped falling.
-
-        Args:
-            loss: mean loss of the epoch.
-            batches: number of mini-batches of the epoch.
-        """
+        """Record the loss of an epoch, and lower the learning rate if the loss has stopped falling."""
         self.updates += batches
         self._since += batches
         self._pending.append(loss)
@@ -131,20 +126,14 @@ class Draws:
     def epoch(self) -> Indices:
         """Draw the order of the runs in the next epoch.
 
-        Returns:
-            Numbers of the runs, shape (runs,).
+        Gives (runs,).
         """
         order = self._generator.permutation(len(self._lengths))
         return order[np.lexsort((-self._lengths[order], self._which))]
 
 
 def standardised(sequences: Sequences, network: DetachmentNetwork) -> Runs:
-    """Standardise runs with the statistics of a network.
-
-    Args:
-        sequences: runs in SI units.
-        network: network with the statistics of its training runs.
-    """
+    """Standardise runs with the statistics of a network."""
     scale = {name: b.detach().cpu().numpy().astype(np.float64) for name, b in network.named_buffers()}
     features = sequences.features.shape[2]
     tau = np.zeros((*sequences.target.shape, filled_up(features)), np.float32)

@@ -69,10 +69,7 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
     """Draw distances as bars, hatched for methods with sampled moments.
 
-    Args:
-        axes: axes to draw in.
-        emd: earth mover's distance by method, s.
-        names: methods in the order of the bars.
+    Takes emd in s.
     """
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):

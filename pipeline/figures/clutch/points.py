@@ -43,12 +43,7 @@ class Place:
 
 
 def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, Place]:
-    """Make one panel per motor speed, and return the place of every operating point by its id.
-
-    Args:
-        figure: figure to draw in.
-        experiments: table of the operating points, with the columns id, rpm, T_b0 and profile.
-    """
+    """Make one panel per motor speed, and return the place of every operating point by its id."""
     speeds, brakes = sorted(experiments["rpm"].unique()), sorted(experiments["T_b0"].unique())
     profiles = sorted(experiments["profile"].unique())
     column = figure.subplots(len(speeds), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
@@ -78,12 +73,7 @@ def _sides(brakes: list[float]) -> str:
 
 
 def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
-    """Draw the measured shifting times, with hollow markers for the lowest brake torque.
-
-    Args:
-        where: places of the operating points by id.
-        points: table with the columns id and y (s).
-    """
+    """Draw the measured shifting times, with hollow markers for the lowest brake torque."""
     for row in points.itertuples(index=False):
         place = where[str(row.id)]
         face, rim = ("white", BLACK) if place.brake == 0 else (BLACK, "white")
@@ -91,11 +81,7 @@ def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
 
 
 def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
-    """Return the legend entries of `measured`.
-
-    Args:
-        where: places of the operating points by id.
-    """
+    """Return the legend entries of `measured`."""
     several = len({place.brake for place in where.values()}) > 1
     names = [("measured, low brake torque", False), ("high", True)] if several else [("measured", False)]
     return [dot(label, filled) for label, filled in names]
@@ -106,14 +92,7 @@ def area(
 ) -> None:
     """Draw a density as an area at an operating point.
 
-    Args:
-        place: place of the operating point.
-        y: outputs, s, shape (P,).
-        density: density at these outputs, 1/s, shape (P,).
-        scale: density that takes half of the width of the place, 1/s.
-        sides: left and right end of the area, (-1, 0) for the left half, (0, 1) for the right half, (-1, 1)
-            for both.
-        colour: colour of the area.
+    Takes y (P,) in s, density (P,).
     """
     step = max(1, len(y) // CURVE)
     y, share = y[::step], density[::step] / scale

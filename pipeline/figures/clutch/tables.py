@@ -51,13 +51,7 @@ PARAMETERS = {
 
 
 def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFrame:
-    """Read a table of the wet clutch.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-        campaign: name of the campaign; None: all campaigns.
-    """
+    """Read a table of the wet clutch."""
     rows = read_parquet(data / "tables" / "clutch" / f"{name}.parquet")
     if campaign is None or "campaign" not in rows:
         return rows
@@ -65,14 +59,7 @@ def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFram
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Read the settings of the assessment: samples, planted, truth and shown.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-
-    Returns:
-        Settings; empty if the campaign has none.
-    """
+    """Read the settings of the assessment: samples, planted, truth and shown."""
     content = read_json(data / "tables" / "clutch" / "about.json")
     own: dict[str, Any] = content.get(CAMPAIGN, {}) if isinstance(content, dict) else {}
     return own
@@ -81,90 +68,49 @@ def about(data: Path) -> dict[str, Any]:
 def demo_alpha(data: Path) -> tuple[float, ...]:
     """Return the distribution parameters mu_1, mu_2, sigma_1 and sigma_2 that are shown beside the identified
     ones.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-
-    Returns:
-        Distribution parameters; empty if there are none.
     """
     return tuple(about(data).get("demo") or ())
 
 
 def optima(data: Path) -> pd.DataFrame:
-    """Return the identified distribution parameters, one row per method and one column per parameter.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-    """
+    """Return the identified distribution parameters, one row per method and one column per parameter."""
     return table(data, "estimates").pivot(index="method", columns="name", values="value")
 
 
 def methods(rows: pd.DataFrame) -> list[str]:
-    """Return the methods of a table in the order of legends.
-
-    Args:
-        rows: table with the column method.
-    """
+    """Return the methods of a table in the order of legends."""
     return [name for name in LOOKS if (rows["method"] == name).any()]
 
 
 def parameter(name: str) -> str:
-    """Return the axis label of a distribution parameter, with meaning and unit.
-
-    Args:
-        name: name of the distribution parameter.
-    """
+    """Return the axis label of a distribution parameter, with meaning and unit."""
     return PARAMETERS.get(name, f"{name} (multiples)")
 
 
 def symbol(name: str) -> str:
-    """Return the symbol of a distribution parameter, without meaning and unit.
-
-    Args:
-        name: name of the distribution parameter.
-    """
+    """Return the symbol of a distribution parameter, without meaning and unit."""
     return parameter(name).split(" ")[0]
 
 
 def alpha_text(alpha: Any) -> str:
-    """Format the distribution parameters (mu_1, mu_2, sigma_1, sigma_2).
-
-    Args:
-        alpha: distribution parameters.
-    """
+    """Format the distribution parameters (mu_1, mu_2, sigma_1, sigma_2)."""
     return "(" + ", ".join(f"{value:.2g}" if value < 0.1 else f"{value:.2f}" for value in alpha) + ")"
 
 
 def line_of(method: str, label: str | None = None) -> Line2D:
-    """Return the legend entry of a method that is drawn as a line.
-
-    Args:
-        method: name of the method.
-        label: text of the entry; default: the name of the method.
-    """
+    """Return the legend entry of a method that is drawn as a line."""
     look = LOOKS[method]
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=1.8, label=label or look.label)
 
 
 def area_of(method: str, label: str | None = None) -> Patch:
-    """Return the legend entry of a method that is drawn as an area.
-
-    Args:
-        method: name of the method.
-        label: text of the entry; default: the name of the method.
-    """
+    """Return the legend entry of a method that is drawn as an area."""
     look = LOOKS[method]
     return Patch(facecolor=look.colour, alpha=0.75, label=label or look.label)
 
 
 def dot(label: str, filled: bool = True) -> Line2D:
-    """Return the legend entry of measured points.
-
-    Args:
-        label: text of the entry.
-        filled: whether the points are filled; default: yes.
-    """
+    """Return the legend entry of measured points."""
     face = BLACK if filled else "white"
     return Line2D([], [], color=BLACK, marker="o", mfc=face, markersize=4.5, linestyle="", label=label)
 
@@ -172,9 +118,7 @@ def dot(label: str, filled: bool = True) -> Line2D:
 def listed_x(axes: Axes, values: Array) -> None:
     """Make the horizontal axis logarithmic, with ticks at given values as plain numbers.
 
-    Args:
-        axes: axes that are changed.
-        values: values of the ticks, shape (n,).
+    Takes values (n,).
     """
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(FixedLocator(values.tolist()))

@@ -39,14 +39,7 @@ ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal
 
 
 def shown_run(phi: pd.DataFrame) -> int | None:
-    """Return the explained run of medium detachment.
-
-    Args:
-        phi: table of the contributions, with runs in the order of their detachment.
-
-    Returns:
-        Id of the experiment; None for an empty table.
-    """
+    """Return the explained run of medium detachment."""
     exps = list(dict.fromkeys(phi["exp"]))
     return int(exps[len(exps) // 2]) if exps else None
 

@@ -23,25 +23,7 @@ def shap_library() -> ModuleType:
 
 
 def explanation(points: pd.DataFrame, scale: float = 1.0) -> Explanation:
-    """Return attributions of one network as a `shap.Explanation` with a row for every run and step.
-
-    Args:
-        points: table `points` of the verb `attribute` for one model, a row for every run, step and input:
-            columns exp, step, feature, phi (m), value (value of the input, in SI units) and base (mean output
-            over the background, m).
-        scale: factor of contributions and base, 1000 for mm.
-
-    Returns:
-        Explanation with values and data (rows, inputs), base_values (rows,) and feature_names; rows are
-        ordered by run and step, inputs as in `points`.
-
-    Example:
-        >>> columns = {"exp": 1, "step": [0, 0, 1, 1], "feature": ["omega", "m"] * 2}
-        >>> numbers = {"phi": [0.5, 0.1, 0.7, 0.1], "value": [9.0, 2.0, 8.0, 2.0], "base": 0.25}
-        >>> found = explanation(pd.DataFrame(columns | numbers))
-        >>> found.values.sum(axis=1) + found.base_values  # the network's output, m
-        array([0.85, 1.05])
-    """
+    """Return attributions of one network as a `shap.Explanation` with a row for every run and step."""
     names = list(dict.fromkeys(points["feature"]))
     wide = points.pivot(index=["exp", "step"], columns="feature", values=["phi", "value"])
     base = points.groupby(["exp", "step"])["base"].first()

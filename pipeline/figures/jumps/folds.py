@@ -37,11 +37,7 @@ class Side:
     title: str
 
     def name(self, axes: Axes) -> None:
-        """Label the folds with ticks, and separate them by bands.
-
-        Args:
-            axes: axes of the panel.
-        """
+        """Label the folds with ticks, and separate them by bands."""
         for k in range(1, len(self.folds), 2):
             axes.axvspan(k - 0.5, k + 0.5, color="0.95", linewidth=0, zorder=-2)
         names = [FACTOR_NAMES.get(fold, fold.removesuffix("%")) for fold in self.folds]
@@ -51,11 +47,7 @@ class Side:
 
 
 def sides(rows: pd.DataFrame) -> list[Side]:
-    """Return the panels that a table has folds for: uniform shares in increasing order, and factors.
-
-    Args:
-        rows: table with the columns split and fold.
-    """
+    """Return the panels that a table has folds for: uniform shares in increasing order, and factors."""
     folds = {split: set(group["fold"]) for split, group in rows.groupby("split")}
     shares = sorted(folds.get(UNIFORM, ()), key=lambda fold: float(fold.removesuffix("%")))
     factors = [name for name in FACTOR_NAMES if name in folds.get(FACTORS, ())]
@@ -67,15 +59,7 @@ def sides(rows: pd.DataFrame) -> list[Side]:
 
 
 def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, Look], score: Score) -> None:
-    """Draw the scores of models on every fold of a panel: a marker for the value, a bar for the interval.
-
-    Args:
-        axes: axes of the panel.
-        rows: table with the columns split, fold and model.
-        side: panel.
-        looks: look by model.
-        score: function from the rows of one model and fold to value and interval.
-    """
+    """Draw the scores of models on every fold of a panel: a marker for the value, a bar for the interval."""
     offsets = (np.arange(len(looks)) - (len(looks) - 1) / 2.0) * 0.8 / len(looks)
     own = rows[rows["split"] == side.split]
     for (model, look), offset in zip(looks.items(), offsets, strict=True):
@@ -87,14 +71,7 @@ def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, 
 
 
 def draw_score(axes: Axes, x: float, found: Mapping[str, Any], look: Look) -> None:
-    """Draw one value with its interval.
-
-    Args:
-        axes: axes of the panel.
-        x: horizontal position.
-        found: value and interval.
-        look: look of the model.
-    """
+    """Draw one value with its interval."""
     value = found["value"]
     ends = found.get("interval", (value, value))
     axes.plot([x, x], ends, color=look.colour, linewidth=3.4, alpha=0.55, solid_capstyle="butt")

@@ -82,102 +82,56 @@ ANGLE = ("sin(theta)", "cos(theta)")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the follower jumps.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-    """
+    """Read a table of the follower jumps."""
     return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:
-    """Return the rows of one fold of a split.
-
-    Args:
-        rows: table with the columns split and fold.
-        split: name of the split.
-        fold: name of the fold.
-    """
+    """Return the rows of one fold of a split."""
     return rows[(rows["split"] == split) & (rows["fold"] == fold)]
 
 
 def models(rows: pd.DataFrame, among: Iterable[str] = LOOKS) -> list[str]:
-    """Return the models of a table in the order of legends.
-
-    Args:
-        rows: table with the column model.
-        among: names of the possible models, in order; default: all models.
-    """
+    """Return the models of a table in the order of legends."""
     found = set(rows["model"])
     return [name for name in among if name in found]
 
 
 def handle(look: Look) -> Line2D:
-    """Return the legend entry of a model that is drawn with markers.
-
-    Args:
-        look: look of the model.
-    """
+    """Return the legend entry of a model that is drawn with markers."""
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(look: Look) -> Line2D:
-    """Return the legend entry of a model that is drawn as a line.
-
-    Args:
-        look: look of the model.
-    """
+    """Return the legend entry of a model that is drawn as a line."""
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=2.0, label=look.label)
 
 
 def experiments(data: Path) -> pd.DataFrame:
-    """Read all runs of the campaign: settings, labels and F-dagger.
-
-    Args:
-        data: folder of the data, with the store of the runs in `features`.
-    """
+    """Read all runs of the campaign: settings, labels and F-dagger."""
     return Campaign.read(data / "features" / "cam_follower", ["exp"]).experiments
 
 
 def run_title(runs: pd.DataFrame, exp: int) -> str:
-    """Return label and settings of a run as text.
-
-    Args:
-        runs: table of the runs.
-        exp: id of the experiment.
-    """
+    """Return label and settings of a run as text."""
     run = runs.loc[runs["exp"] == exp].iloc[0]
     return f"{run['label']}: {setting(run)}"
 
 
 def patch(name: str) -> Patch:
-    """Return the legend entry of an input that is drawn as an area.
-
-    Args:
-        name: name of the input.
-    """
+    """Return the legend entry of an input that is drawn as an area."""
     look = INPUTS[name]
     return Patch(facecolor=look.colour, hatch=look.hatch, edgecolor="white", linewidth=0, label=look.label)
 
 
 def nothing(text: str) -> Figure:
-    """Return an empty figure with a reason.
-
-    Args:
-        text: reason why the figure is empty.
-    """
+    """Return an empty figure with a reason."""
     figure = new_figure(2.0)
     absent(figure.subplots(), text)
     return figure
 
 
 def with_angle(phi: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
-    """Add the attributions of sin(theta) and cos(theta) as theta.
-
-    Args:
-        phi: table of the contributions, with the columns feature and phi.
-        columns: names of further columns of the result.
-    """
+    """Add the attributions of sin(theta) and cos(theta) as theta."""
     feature = phi["feature"].where(~phi["feature"].isin(ANGLE), "theta")
     return phi.assign(feature=feature).groupby([*columns, "feature"], as_index=False)["phi"].sum()

@@ -62,13 +62,7 @@ def predicted_detachment(data: Path) -> Figure:
 
 
 def draw_predictions(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
-    """Draw the measured detachment of a run as a broad line, with the median predictions of models.
-
-    Args:
-        axes: axes to draw in.
-        rows: table with the columns model, t (s), measured and predicted (m) of one run.
-        names: names of the models.
-    """
+    """Draw the measured detachment of a run as a broad line, with the median predictions of models."""
     first = rows[rows["model"] == rows["model"].iloc[0]]
     axes.axhline(0.0, color="0.7", linewidth=0.8, zorder=0)
     axes.plot(first["t"], MM * first["measured"], color=BLACK, linewidth=2.6)

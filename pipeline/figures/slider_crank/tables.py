@@ -46,41 +46,23 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the slider-crank.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-    """
+    """Read a table of the slider-crank."""
     return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:
-    """Return the rows of models without the additional epochs of the study of the horizon.
-
-    Args:
-        rows: table with the columns extra and split.
-        split: name of the split; default: leave_one_out.
-    """
+    """Return the rows of models without the additional epochs of the study of the horizon."""
     return rows[~rows["extra"].astype(bool) & (rows["split"] == split)]
 
 
 def horizons(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the study of the horizon N; the feedforward model has N = 1.
-
-    Args:
-        rows: table with the columns extra, split and model.
-    """
+    """Return the rows of the study of the horizon N; the feedforward model has N = 1."""
     chosen = rows["extra"].astype(bool) & (rows["split"] == "leave_one_out") & (rows["model"] == "nnap")
     return rows[chosen]
 
 
 def natural(name: str) -> tuple[int, str]:
-    """Return a key that sorts T2a before T10b.
-
-    Args:
-        name: id of an experiment.
-    """
+    """Return a key that sorts T2a before T10b."""
     digits = "".join(filter(str.isdigit, name))
     return int(digits or 0), name
 
@@ -99,11 +81,7 @@ def example(ids: Iterable[str]) -> str:
 
 
 def signal_name(name: str) -> str:
-    """Return the name of a signal for titles, with an index.
-
-    Args:
-        name: id of an experiment.
-    """
+    """Return the name of a signal for titles, with an index."""
     return f"$T_{{{name.removeprefix('T')}}}$"
 
 
@@ -127,11 +105,7 @@ class Accuracy:
 
 
 def accuracy(errors: pd.DataFrame) -> Accuracy:
-    """Summarise errors; a run with an error that is not finite has diverged.
-
-    Args:
-        errors: table with the columns rmse (rad/s) and diverged.
-    """
+    """Summarise errors; a run with an error that is not finite has diverged."""
     values = errors["rmse"].mask(errors["diverged"].astype(bool)).to_numpy(np.float64)
     everything = np.sort(np.where(np.isfinite(values), values, np.inf))
     finite = everything[np.isfinite(everything)]
@@ -141,22 +115,14 @@ def accuracy(errors: pd.DataFrame) -> Accuracy:
 
 
 def number(value: float) -> str:
-    """Format a number with three significant digits and a minus sign, without powers of ten.
-
-    Args:
-        value: number to format; nan is shown as a dash.
-    """
+    """Format a number with three significant digits and a minus sign, without powers of ten."""
     if not math.isfinite(value):
         return "–"
     return (f"{value:.3g}" if abs(value) < 1e3 else f"{value:.0f}").replace("-", "−")
 
 
 def plain_log_x(axes: Axes) -> None:
-    """Make the horizontal axis logarithmic with round numbers instead of powers of ten.
-
-    Args:
-        axes: axes that are changed.
-    """
+    """Make the horizontal axis logarithmic with round numbers instead of powers of ten."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -167,11 +133,7 @@ def plain_log_x(axes: Axes) -> None:
 def by_direction(v: Array) -> list[tuple[str, str, NDArray[np.bool_]]]:
     """Return name, colour and samples of both directions of the slider.
 
-    Args:
-        v: speed of the slider, m/s, shape (n,).
-
-    Returns:
-        Name, colour, and whether each sample belongs to the direction, shape (n,), per direction.
+    Takes v (n,) in m/s; gives (n,).
     """
     masks = (v > 0.0, v < 0.0)
     return [(name, colour, mask) for (name, colour), mask in zip(DIRECTIONS.items(), masks, strict=True)]
@@ -180,10 +142,7 @@ def by_direction(v: Array) -> list[tuple[str, str, NDArray[np.bool_]]]:
 def framed(axes: Axes, measured: Array, margin: float = 0.25) -> None:
     """Fit the vertical axis to a measurement, so that diverging predictions leave the axes.
 
-    Args:
-        axes: axes that are changed.
-        measured: measured signal, shape (n,).
-        margin: margin as a share of the measured range; default 0.25.
+    Takes measured (n,).
     """
     low, high = float(measured.min()), float(measured.max())
     room = margin * max(high - low, 1.0)

@@ -28,33 +28,18 @@ SAMPLES = Line2D([], [], color=BLACK, marker="o", markersize=4.5, linestyle="", 
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the tutorial.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-    """
+    """Read a table of the tutorial."""
     return read_parquet(data / "tables" / "tutorial" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Read the range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-    """
+    """Read the range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda."""
     content: dict[str, Any] = read_json(data / "tables" / "tutorial" / "about.json")
     return content
 
 
 def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
-    """Draw the measured samples over the current.
-
-    Args:
-        axes: axes to draw in.
-        data: folder of the data, with the tables in `tables`.
-        whole: whether the true curve beyond the measured currents is drawn too.
-    """
+    """Draw the measured samples over the current."""
     samples, facts = table(data, "training"), about(data)
     if whole:
         truth = table(data, "truth")
@@ -68,10 +53,5 @@ def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
 
 
 def line(label: str, colour: str) -> Line2D:
-    """Return a legend entry.
-
-    Args:
-        label: text of the entry.
-        colour: colour of the line.
-    """
+    """Return a legend entry."""
     return Line2D([], [], color=colour, linewidth=2.0, label=label)

@@ -35,19 +35,10 @@ KINDS = {
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by the verb tabulate_withheld.
-
-    Args:
-        data: folder of the data, with the tables in `tables`.
-        name: name of the table.
-    """
+    """Read a table written by the verb tabulate_withheld."""
     return read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
 
 
 def readable(name: str) -> str:
-    """Format the name of a family or verdict as words.
-
-    Args:
-        name: name with underscores.
-    """
+    """Format the name of a family or verdict as words."""
     return name.replace("_", " ")

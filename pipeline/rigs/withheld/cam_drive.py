@@ -83,11 +83,7 @@ class CamDrive(Machine):
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
         """Return the height of the follower, and its first and second derivative by the angle.
 
-        Args:
-            theta: angle of the cam, rad, shape (n,).
-
-        Returns:
-            Height (m), first (m/rad) and second derivative (m/rad^2), each of shape (n,).
+        Takes theta (n,) in rad; gives (n,).
         """
         wave = np.exp(1j * theta)
         second = self.skew * wave * wave

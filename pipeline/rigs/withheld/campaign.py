@@ -77,14 +77,6 @@ def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
 
     The parameters of the system file with `identify: true` are 5 to 30 % off. Neither system.yaml nor logs/
     tells which effects are planted.
-
-    Args:
-        case: machine and planted effects.
-        folder: folder that is replaced as a whole.
-        plan: runs to simulate; default: the runs of the case.
-
-    Raises:
-        BadInput: when the folder cannot be written.
     """
     made = run(case, plan)
     system, parameters = known_system(case, list(made.outputs))
@@ -99,14 +91,7 @@ def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
 def known_system(
     case: Case, outputs: list[str], doubtful: Collection[str] = (), wrong: tuple[float, float] = WRONG
 ) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
-    """Return the system file that is handed over, and true and given values of what it has wrong.
-
-    Args:
-        case: case with the system and the seed of the errors.
-        outputs: names of the logged outputs.
-        doubtful: names of parameters that are marked as uncertain, beside those of the file.
-        wrong: least and largest share by which an uncertain parameter is off.
-    """
+    """Return the system file that is handed over, and true and given values of what it has wrong."""
     document: dict[str, Any] = yaml.safe_load((SYSTEMS / f"{case.system}.yaml").read_text())
     rng = np.random.default_rng([case.seed, 5])
     document["outputs"] = {name: document["outputs"][name] for name in outputs}
@@ -124,14 +109,7 @@ def known_system(
 
 
 def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None:
-    """Write some of the runs as a log folder.
-
-    Args:
-        case: case with its machine.
-        made: logs of all runs.
-        folder: folder that is made.
-        runs: numbers of the runs that are written.
-    """
+    """Write some of the runs as a log folder."""
     folder.mkdir()
     plan, rng = made.plan, np.random.default_rng([case.seed, 6])
     packed = bool(rng.uniform() < 0.5)
@@ -156,10 +134,7 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
 def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
     """Add runs with given commands to a log folder of the case, at the conditions of its first run.
 
-    Args:
-        case: case with its machine and planted effects.
-        commands: commands at the samples of the logger, shape (samples, runs).
-        folder: log folder, changed in place.
+    Takes commands (samples, runs).
     """
     first, (samples, runs) = case.plan(), commands.shape
     plan = replace(
@@ -180,13 +155,7 @@ def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
 
 
 def known_truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:
-    """Return the content of truth.json.
-
-    Args:
-        case: case with its planted effects.
-        made: logs of the case.
-        parameters: true and given value of every uncertain parameter, by name.
-    """
+    """Return the content of truth.json."""
     rows = []
     for planted, (channel, effect) in zip(case.effects, made.effects, strict=True):
         form = getattr(effect, "inner", effect)

@@ -62,11 +62,7 @@ class Case:
 
     @classmethod
     def of(cls, truth: Mapping[str, Any]) -> Case:
-        """Return the case of a truth.json that `campaign.write` wrote.
-
-        Args:
-            truth: content of the file.
-        """
+        """Return the case of a truth.json that `campaign.write` wrote."""
         planted = (
             Planted(row["family"], row["channel"], row.get("factor"), row.get("level"))
             for row in truth["effects"]
@@ -83,14 +79,7 @@ class Case:
         raise BadInput(f"system: {self.system!r} is not one of {names}")
 
     def offered(self, planted: Planted) -> Plantable:
-        """Return the machine's entry of a planted effect.
-
-        Args:
-            planted: planted effect.
-
-        Raises:
-            BadInput: when the machine offers no such effect.
-        """
+        """Return the machine's entry of a planted effect."""
         for one in self.machine.plantable:
             if (one.family, one.channel) == (planted.family, planted.channel):
                 return one
@@ -109,12 +98,7 @@ class Case:
         return self.planned(None, whole=len(self.logged) == len(self.machine.sensors))
 
     def planned(self, runs: int | None, whole: bool) -> Plan:
-        """Return the plan of the runs.
-
-        Args:
-            runs: number of runs; None: drawn from the numbers that the machine offers.
-            whole: whether the sampling period is drawn; otherwise it is the shortest one of the machine.
-        """
+        """Return the plan of the runs."""
         machine, rng = self.machine, np.random.default_rng([self.seed, 0])
         period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
         runs = int(rng.choice(machine.runs)) if runs is None else runs
@@ -131,19 +115,12 @@ class Case:
         )
 
     def size(self, rng: np.random.Generator) -> float:
-        """Draw the size of an effect, in typical sizes.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw the size of an effect, in typical sizes."""
         return self.level * float(rng.uniform(0.8, 1.25))
 
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
         """Return channel and effect of every planted effect; the objects are new, because effects have a
         memory.
-
-        Args:
-            plan: runs of the campaign.
         """
         found = []
         for k, planted in enumerate(self.effects):

@@ -65,19 +65,7 @@ Effects = tuple[Planted, ...]
 def cases(
     kind: str, seed: int, level: float | None = None, machines: Sequence[Machine] = MACHINES
 ) -> list[Case]:
-    """Draw cases of a kind on all machines, in random order, so that the first cases are a fair sample.
-
-    Args:
-        kind: `single`, `pair`, `null` (wrong parameters only), `outside` (an effect of no family) or `local`
-            (an effect at one level of a factor, or in one group).
-        seed: seed of the random generator; cases of different seeds differ in levels, inputs, sensors and
-            noise.
-        level: level of all planted effects; default: drawn from the range `LEVELS`.
-        machines: the machines.
-
-    Raises:
-        BadInput: when there is no such kind.
-    """
+    """Draw cases of a kind on all machines, in random order, so that the first cases are a fair sample."""
     kinds: dict[str, Callable[[Machine, np.random.Generator], Iterator[Effects]]] = {
         "single": _singles,
         "pair": _pairs,
@@ -98,20 +86,12 @@ def cases(
 
 
 def named(one: Plantable) -> Planted:
-    """Return the planted effect that a machine's entry offers.
-
-    Args:
-        one: entry of the machine.
-    """
+    """Return the planted effect that a machine's entry offers."""
     return Planted(one.family, one.channel)
 
 
 def of_families(machine: Machine) -> list[Plantable]:
-    """Return the effects of a machine that belong to a family.
-
-    Args:
-        machine: machine without planted effects.
-    """
+    """Return the effects of a machine that belong to a family."""
     return [one for one in machine.plantable if one.family in FAMILIES]
 
 

@@ -24,14 +24,7 @@ Kind = Callable[[Array, float, np.random.Generator], Array]
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
     """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
 
-    Args:
-        t: time, s, shape (samples,).
-        runs: number of signals.
-        extent: range of the signals.
-        rng: random generator.
-
-    Returns:
-        Reference signals, shape (samples, runs).
+    Takes t (samples,) in s; gives (samples, runs).
     """
     order = rng.permutation(np.arange(runs) % len(KINDS))
     kinds = [*KINDS.values()]
@@ -41,14 +34,7 @@ def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> 
 def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
     """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s.
 
-    Args:
-        t: time, s, shape (samples,).
-        kinds: kind of every signal.
-        extent: range of the signals.
-        rng: random generator.
-
-    Returns:
-        Reference signals, shape (samples, kinds).
+    Takes t (samples,) in s; gives (samples, kinds).
     """
     columns = []
     for kind in kinds:
@@ -106,11 +92,7 @@ KINDS: Mapping[str, Kind] = {
 def smooth(s: Array) -> Array:
     """Return a transition from 0 to 1 with a continuous third derivative.
 
-    Args:
-        s: argument, any shape; 0 and less gives 0, 1 and more gives 1.
-
-    Returns:
-        Values from 0 to 1, in the shape of `s`.
+    Takes s (any shape); gives (shape of `s`).
     """
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
@@ -141,11 +123,7 @@ class Experiments:
 def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> Experiments:
     """Simulate and log the runs of a case.
 
-    Args:
-        case: machine and planted effects.
-        plan: runs to simulate; default: the runs of the case.
-        commands: commands of further runs, shape (samples, n), which no controller changes; they have starts
-            and noise of their own. Default: those of the machine's controller along drawn references.
+    Takes commands (samples, n).
     """
     plan = case.plan() if plan is None else plan
     effects, more = case.built(plan), () if commands is None else (1,)
@@ -163,14 +141,7 @@ def seen(
 ) -> dict[str, Array]:
     """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
 
-    Args:
-        machine: machine without planted effects.
-        plan: plan of the n runs.
-        motion: motion of the n runs.
-        effects: channel and effect of every planted effect.
-
-    Returns:
-        Outputs by name, shape (samples, n) each.
+    Gives (samples, n).
     """
     shown = {}
     for sensor in machine.sensors:

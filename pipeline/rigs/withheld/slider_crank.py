@@ -90,8 +90,7 @@ class SliderCrank(Machine):
     def linkage(self, theta: Array) -> Linkage:
         """Solve the closed loop of the linkage.
 
-        Args:
-            theta: angle of the crank, rad, shape (n,).
+        Takes theta (n,) in rad.
         """
         sine, cosine, ratio = np.sin(theta), np.cos(theta), self.l1 / self.l2
         s = ratio * sine  # the rod falls by its angle phi: sin(phi) = s

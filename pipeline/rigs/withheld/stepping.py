@@ -45,15 +45,7 @@ def move(
     and positions follow by the trapezoidal rule. Sticking friction makes the velocity exactly zero. A command
     is held for one sampling period.
 
-    Args:
-        machine: machine with its built-in effects.
-        plan: plan of the n runs.
-        reference: reference signal, shape (samples, n).
-        q: positions at the start, shape (d, n).
-        forces: port and force of every planted force; smooth forces come before forces that project
-            velocities.
-        drive: distortions of the command, in the order of the signal.
-        control: function that returns the command once per sample; default `machine.command`.
+    Takes reference (samples, n), q (d, n).
     """
     command = machine.command if control is None else control
     slope = np.gradient(reference, plan.period, axis=0)
@@ -76,15 +68,6 @@ def follow(
 
     The rows are those of the windows' ends and insides; a window starts after the row that ends the last one.
     Effects keep their memory from window to window.
-
-    Args:
-        machine: machine without planted effects.
-        plan: plan of the n runs.
-        motion: motion with commands and states.
-        steps: number of samples of a window.
-        forces: port and force of every planted force; smooth forces come before forces that project
-            velocities.
-        drive: distortions of the command, in the order of the signal.
     """
 
     def commanded(k: int, q: Array, v: Array) -> Array:

@@ -22,13 +22,7 @@ APART = 0.04
 
 
 def horizontal_key(table: pd.DataFrame, swept: Sequence[str]) -> str:
-    """Choose the key of the horizontal axis: numbers before names, many values before few, the seed last.
-
-    Args:
-        table: table with one row per run and one column per key.
-        swept: keys whose values differ between the runs; if there are none, the axis shows the names of the
-            runs.
-    """
+    """Choose the key of the horizontal axis: numbers before names, many values before few, the seed last."""
     ranking = {key: (key != SEED, is_numeric_dtype(table[key]), table[key].nunique()) for key in swept}
     return max(ranking, key=lambda key: ranking[key], default="run")
 
@@ -39,13 +33,6 @@ def comparison(table: pd.DataFrame, swept: Sequence[str], metric: str, over: str
 
     A point is a run. A line joins the medians over the seeds of the runs that share all other swept keys; for
     names, bars mark the medians. An axis whose values span a factor of 20 or more is logarithmic.
-
-    Args:
-        table: table with one row per run: the name `run`, the metric, the key of the horizontal axis and the
-            swept keys.
-        swept: keys whose values differ between the runs.
-        metric: column of the vertical axis.
-        over: column of the horizontal axis: a key, or "run".
     """
     kept = table[np.isfinite(table[metric])]
     others = [key for key in swept if key not in (over, SEED)]

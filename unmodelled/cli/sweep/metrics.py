@@ -29,12 +29,6 @@ def metrics_of(folder: Path) -> dict[str, float]:
 
     Tables that assess models give the median over test runs and repeats, in the unit of the table. JSON files
     give every number outside lists.
-
-    Args:
-        folder: folder of one run.
-
-    Raises:
-        BadInput: when a file cannot be read.
     """
     found: dict[str, float] = {}
     for name, measure in _TABLES.items():

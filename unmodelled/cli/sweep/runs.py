@@ -42,23 +42,12 @@ class Run:
     failure: str
 
     def has(self, metric: str) -> bool:
-        """Tell whether the run has a metric as a finite number.
-
-        Args:
-            metric: name of the metric.
-        """
+        """Tell whether the run has a metric as a finite number."""
         return math.isfinite(self.metrics.get(metric, math.nan))
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """Find the folders of the runs of a sweep.
-
-    Args:
-        folder: folder of one sweep, or of several sweeps.
-
-    Raises:
-        BadInput: when there is no such folder, or no run of a sweep in it.
-    """
+    """Find the folders of the runs of a sweep."""
     if not folder.is_dir():
         raise BadInput(f"{folder}: no such folder")
     found = [path.parent.parent for path in folder.rglob(str(OVERRIDES))]
@@ -68,15 +57,7 @@ def run_folders(folder: Path) -> list[Path]:
 
 
 def read_run(folder: Path, sweep: Path) -> Run:
-    """Read one run of a sweep.
-
-    Args:
-        folder: folder of the run.
-        sweep: folder of the sweep.
-
-    Raises:
-        BadInput: when a file cannot be read.
-    """
+    """Read one run of a sweep."""
     metrics = metrics_of(folder)
     failure = ""
     if not metrics:
@@ -117,11 +98,7 @@ def _overrides(path: Path) -> dict[str, Value]:
 
 
 def table_of(runs: Sequence[Run]) -> pd.DataFrame:
-    """Return a table with one row per run: run, its keys, its metrics, failure; missing values are empty.
-
-    Args:
-        runs: runs of the sweep.
-    """
+    """Return a table with one row per run: run, its keys, its metrics, failure; missing values are empty."""
     keys, metrics = _names([run.keys for run in runs]), _names([run.metrics for run in runs])
     columns = {"run": pd.Series([run.name for run in runs], dtype="str")}
     columns |= {key: _column([run.keys.get(key) for run in runs]) for key in keys}
@@ -130,21 +107,13 @@ def table_of(runs: Sequence[Run]) -> pd.DataFrame:
 
 
 def swept_keys(runs: Sequence[Run]) -> list[str]:
-    """Return the keys whose values differ between the runs.
-
-    Args:
-        runs: runs of the sweep.
-    """
+    """Return the keys whose values differ between the runs."""
     names = _names([run.keys for run in runs])
     return [name for name in names if len({str(run.keys.get(name)) for run in runs}) > 1]
 
 
 def metric_names(runs: Sequence[Run]) -> list[str]:
-    """Return the metrics that at least one run has as a finite number.
-
-    Args:
-        runs: runs of the sweep.
-    """
+    """Return the metrics that at least one run has as a finite number."""
     return [name for name in _names([run.metrics for run in runs]) if any(run.has(name) for run in runs)]
 
 

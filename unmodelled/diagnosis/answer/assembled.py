@@ -37,12 +37,7 @@ LISTED, LARGER = 20, 5
 
 
 def steps_to(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
-    """Return effects, the one that can least be done without first, and fits with it and earlier ones.
-
-    Args:
-        search: search with all fits.
-        chosen: fitted hypothesis with the effects.
-    """
+    """Return effects, the one that can least be done without first, and fits with it and earlier ones."""
     path: list[tuple[Added, FittedHypothesis]] = []
     whole = {effect.key: effect for effect in chosen.hypothesis.effects}
     without = {e.key: search.without(chosen, e).hypothesis.key for e in chosen.hypothesis.removable}
@@ -63,16 +58,7 @@ def assembled(
     faults: tuple[LogFault, ...],
     seed: int,
 ) -> Diagnosis:
-    """Return the diagnosis of a decision.
-
-    Args:
-        search: search with all fits.
-        decision: verdict and named hypothesis.
-        models: judged models as given, re-identified, with one effect more each, and with networks.
-        order: effects in the order of these models.
-        faults: faults of the logs.
-        seed: seed of the bootstrap.
-    """
+    """Return the diagnosis of a decision."""
     study, (given, *steps, neural) = search.study, models
     reidentified, augmented = steps[0], steps[-1]
     named, floor = int(decision.candidates.steps[decision.named]), augmented.gap.floor
@@ -204,11 +190,6 @@ def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
     """Return the answer with the faults of the logs; nothing is searched and nothing fitted.
 
     The confidence is the share of the gap that the fault explains, and full where logs are identical.
-
-    Args:
-        study: the known physics and the logs as read.
-        seed: seed of the held-out experiments.
-        faults: faults of the logs, of which at least one decides.
     """
     known = known_model(study)
     shares = [f.explains for f in faults if f.decides and f.explains is not None]

@@ -22,23 +22,12 @@ def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:
 
     Simulated along the diagnosed experiments, it has the gap of `diagnosis.augmented`. Constants that effects
     need of an experiment are in the file by id, so that the log folder stays as it is.
-
-    Args:
-        diagnosis: diagnosis with an augmented model.
-        folder: folder to write into.
-
-    Raises:
-        BadInput: when a file cannot be written.
     """
     write_system(augmented_system(diagnosis), folder / FILE)
 
 
 def augmented_system(diagnosis: Diagnosis) -> System:
-    """Return the augmented system with values of all constants that experiments.csv does not have.
-
-    Args:
-        diagnosis: diagnosis with an augmented model.
-    """
+    """Return the augmented system with values of all constants that experiments.csv does not have."""
     model, own = diagnosis.augmented, {c.name for c in diagnosis.system.operating_point}
     constants = tuple(
         c if c.name in own else _given(c, model.logs, diagnosis.effects) for c in model.system.operating_point
@@ -49,23 +38,14 @@ def augmented_system(diagnosis: Diagnosis) -> System:
 
 
 def with_right_numbers(system: System, effects: Sequence[DiagnosedEffect]) -> System:
-    """Return an augmented system in which wrong numbers of the file have their right values, and no law.
-
-    Args:
-        system: augmented system.
-        effects: its effects.
-    """
+    """Return an augmented system in which wrong numbers of the file have their right values, and no law."""
     for added in (found.added for found in effects if found.added.is_other_value):
         system = with_right_number(system, added.place.name, *added.amplitudes)
     return system
 
 
 def beyond_the_data(diagnosis: Diagnosis) -> Iterator[str]:
-    """Yield notes on fitted curves, which end where the data end.
-
-    Args:
-        diagnosis: diagnosis with an augmented model.
-    """
+    """Yield notes on fitted curves, which end where the data end."""
     values = {p.name: p for p in diagnosis.augmented.system.parameters}
     for added in (found.added for found in diagnosis.effects):
         for name, edges in added.extent.items():

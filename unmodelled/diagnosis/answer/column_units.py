@@ -18,12 +18,7 @@ _RATE = re.compile(r"d\((\w+)\)/dt")
 
 
 def axis_unit(system: System, name: str) -> LoggedUnit | None:
-    """Return the unit in which a person reads a coordinate, or None if no column shows it.
-
-    Args:
-        system: system of the diagnosis.
-        name: name of an input, state, signal or output, or its rate, such as "d(v)/dt".
-    """
+    """Return the unit in which a person reads a coordinate, or None if no column shows it."""
     if (rate := _RATE.fullmatch(name)) is None:
         return unit_of(system, name, level=True)
     found = unit_of(system, rate[1], level=False)
@@ -33,12 +28,7 @@ def axis_unit(system: System, name: str) -> LoggedUnit | None:
 
 
 def channels_in_columns(system: System, channels: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is said of channels, see `about_channels`, with the units of the logs.
-
-    Args:
-        system: system of the diagnosis.
-        channels: kind, unit and coordinates by channel.
-    """
+    """Return what is said of channels, see `about_channels`, with the units of the logs."""
     return {name: _channel(system, about) for name, about in channels.items()}
 
 
@@ -57,11 +47,7 @@ def table_in_columns(
 ) -> pd.DataFrame:
     """Return a table of corrections, or of laws, with its values in the units of the logs.
 
-    Args:
-        system: system of the diagnosis.
-        channels: kind and coordinates by channel, see `about_channels`.
-        table: table with the column channel; SI.
-        along: coordinate of the column x by channel; default None: the table has the coordinates as columns.
+    Takes table in SI.
     """
     found = table.copy()
     for name, about in channels.items():
@@ -79,9 +65,7 @@ def table_in_columns(
 def regions_in_columns(system: System, regions: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return regions with their ends in the units of the logs.
 
-    Args:
-        system: system of the diagnosis.
-        regions: rows with signal, low and high; SI.
+    Takes regions in SI.
     """
     found = []
     for row in regions:

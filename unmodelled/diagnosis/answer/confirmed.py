@@ -54,11 +54,6 @@ def confirmed(study: Study, workers: int, progress: Callable[[str], None]) -> Co
 
     A port is added between ports at which equal and opposite efforts are missing, at first or beside what is
     named, and between all ports of one kind if no effect at one of them explains the gap.
-
-    Args:
-        study: inputs of the diagnosis.
-        workers: number of threads.
-        progress: function that is called with a line of text at each step.
     """
     search = begun(study, workers, progress)
     if pairs := _opposite(search.base):

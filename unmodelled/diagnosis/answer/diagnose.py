@@ -46,16 +46,7 @@ def findings(
 ) -> Findings:
     """Diagnose the gap between a system and measured experiments, and check all files of the answer.
 
-    Args:
-        system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, of which some are held out to judge the fitted models; a record that is
-            alone is cut into several.
-        horizon: length of the free-run windows, s; default: from the logs, see `default_horizon`.
-        seed: seed of the random generators; the same seed gives the same findings; default 0.
-        workers: number of threads; default: one per core.
-
-    Raises:
-        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+    Takes horizon in s.
     """
     # 1. What cannot be diagnosed is refused before anything is computed.
     check_seed(seed)
@@ -107,19 +98,7 @@ def diagnose_gap(
 
     A share of the experiments is held out from fitting and choosing; gaps are computed on these.
 
-    Args:
-        system: the known physics.
-        logs: two or more experiments, with the states of `system`.
-        horizon: length of the free-run windows, s.
-        seed: seed of the held-out experiments, the network and the bootstrap.
-        workers: number of threads, default 2.
-        progress: function that is called with a line of text at each step.
-        faults: faults of the logs, computed by `without_copies` unless given. A fault that decides is the
-            answer; of identical experiments the first one is used.
-        thresholds: thresholds of all decisions.
-
-    Returns:
-        The diagnosis: verdict, effects, judged models, comparison and notes.
+    Takes horizon in s.
     """
     if faults is None:
         system, logs, faults = without_copies(system, logs, horizon, thresholds)

@@ -58,14 +58,6 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - about.json: names, units and what is shown.
 
     Values of inputs and outputs, and of coordinates that a column shows, are in the units of the columns.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        where: place of the gap.
-        folder: folder that gets the folder of tables.
-
-    Raises:
-        BadInput: when a file cannot be written.
     """
     found = correction_table(diagnosis, where)
     worst, shown = _worst(diagnosis), shown_channels(diagnosis, where)
@@ -172,11 +164,7 @@ def _label(effects: tuple[Added, ...]) -> str:
 
 
 def readable(effect: Added) -> str:
-    """Return the name of an effect in words, such as "Coulomb friction at joint".
-
-    Args:
-        effect: effect with its place.
-    """
+    """Return the name of an effect in words, such as "Coulomb friction at joint"."""
     place = effect.place
     only = "" if place.factor is None else f", where {level_name(place.factor, place.level)}"
     return f"{law_name(effect.family, effect.variant)} at {place_name(place.channel)}{only}"

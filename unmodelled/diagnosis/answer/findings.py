@@ -50,26 +50,11 @@ class Findings:
         return summary(self.diagnosis, self.where, self.robot, self.refused)
 
     def with_notes(self, *notes: str) -> Findings:
-        """Return the same findings with further notes.
-
-        Args:
-            *notes: notes, a sentence each.
-        """
+        """Return the same findings with further notes."""
         return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
 
     def write(self, folder: Path, *, machine: bool = True) -> dict[str, Any]:
-        """Write diagnosis.json, augmented_system.yaml and the robot file, then the tables.
-
-        Args:
-            folder: empty folder.
-            machine: whether tables/live.json is written, the data of the machine in the page; default: yes.
-
-        Returns:
-            Content of diagnosis.json, with a note if the tables could not be made.
-
-        Raises:
-            BadInput: when the answer cannot be written.
-        """
+        """Write diagnosis.json, augmented_system.yaml and the robot file, then the tables."""
         if self.exported:
             write_augmented(self.diagnosis, folder)
         if self.robot is not None:
@@ -83,16 +68,7 @@ class Findings:
 
 
 def with_parts(folder: Path, content: Mapping[str, Any], parts: Mapping[str, Part]) -> dict[str, Any]:
-    """Write further parts of an answer, each from those before it; one that cannot be made becomes a note.
-
-    Args:
-        folder: folder of the answer.
-        content: content of diagnosis.json.
-        parts: parts by name, in their order.
-
-    Returns:
-        Content of diagnosis.json with the notes.
-    """
+    """Write further parts of an answer, each from those before it; one that cannot be made becomes a note."""
     content = dict(content)
     for name, write in parts.items():
         try:
@@ -111,20 +87,11 @@ def with_parts(folder: Path, content: Mapping[str, Any], parts: Mapping[str, Par
 
 
 def note_on(what: str, fault: Exception) -> str:
-    """Return a note on what could not be made.
-
-    Args:
-        what: subject and verb.
-        fault: exception that was raised.
-    """
+    """Return a note on what could not be made."""
     return f"{what} ({reason_of(fault)}); {SUMMARY} has all numbers. Please report this line"
 
 
 def reason_of(fault: Exception) -> str:
-    """Return an exception in one line without control characters.
-
-    Args:
-        fault: exception that was raised.
-    """
+    """Return an exception in one line without control characters."""
     reason = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
     return str(BadInput(reason))  # without control characters

@@ -31,15 +31,7 @@ LIVE = "live.json"
 
 
 def write_live(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write tables/live.json: the augmented system as a program of the register machine, and experiments.
-
-    Args:
-        diagnosis: diagnosis with a fitted model.
-        folder: folder of the answer, with the tables that `write_tables` wrote.
-
-    Raises:
-        BadInput: when a table is missing, or the file cannot be written.
-    """
+    """Write tables/live.json: the augmented system as a program of the register machine, and experiments."""
     shown = dict(read_json(folder / FOLDER / ABOUT)["shown"])
     content = live(diagnosis, shown)
     windows = read_table(folder / FOLDER / "windows", ("channel", "experiment", "stage"))
@@ -64,16 +56,7 @@ def _missing(diagnosis: Diagnosis, windows: pd.DataFrame, found: DiagnosedEffect
 
 
 def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
-    """Return the content of tables/live.json; arrays are text, see `as_text`.
-
-    Args:
-        diagnosis: diagnosis with a fitted model.
-        shown: coordinate (level, rate or another) along which a law is shown, by channel.
-
-    Returns:
-        Programs of the augmented system, numbers with intervals, effects with what switches them off, and
-        measured experiments.
-    """
+    """Return the content of tables/live.json; arrays are text, see `as_text`."""
     model = diagnosis.augmented
     system, logs = model.system, model.logs
     curves = [_curve(diagnosis, found, shown) for found in diagnosis.effects]

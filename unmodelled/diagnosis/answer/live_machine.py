@@ -34,16 +34,7 @@ FEWEST_SAMPLES = 200
 def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, gap: Gap) -> dict[str, Any]:
     """Return the data of a system as it is given, with sliders of its parameters.
 
-    Args:
-        system: system that was simulated.
-        logs: measured experiments.
-        runs: numbers of the experiments that were simulated, shape (runs,).
-        horizon: length of the free-run windows, s.
-        gap: errors of the free runs.
-
-    Returns:
-        The entries of tables/live.json of a diagnosis; no effects, and the experiment with the largest gap
-        comes first.
+    Takes runs (runs,), horizon in s.
     """
     values = values_of(list(system.values), system, logs)
     order = sorted(runs, key=lambda i: -gap.per_experiment[logs.ids[i]])
@@ -60,11 +51,7 @@ def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, g
 
 
 def about_machine(system: System) -> dict[str, Any]:
-    """Return what a drawing of the machine shows: names and units of inputs, states, ports and outputs.
-
-    Args:
-        system: system to draw.
-    """
+    """Return what a drawing of the machine shows: names and units of inputs, states, ports and outputs."""
     named = {
         "inputs": [{"name": item.name, "unit": item.column_unit} for item in system.inputs],
         "states": [{"name": item.name, "unit": item.unit} for item in system.states],
@@ -77,11 +64,7 @@ def about_machine(system: System) -> dict[str, Any]:
 def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: float) -> dict[str, Any]:
     """Return what the page needs to simulate a system; arrays are text, see `as_text`.
 
-    Args:
-        system: system to simulate.
-        logs: measured experiments.
-        observed: expressions that the page shows, the outputs first.
-        horizon: length of the free-run windows, s.
+    Takes horizon in s.
     """
     return {
         "program": as_data(Program.of(system, observed)),
@@ -136,12 +119,7 @@ def experiments(
 ) -> list[dict[str, Any]]:
     """Return measured experiments, as many as a page can hold.
 
-    Args:
-        system: system that is simulated along them.
-        logs: measured experiments.
-        order: numbers of the experiments, the first to show first.
-        constants: constants of every experiment as given and as identified, shape (constants,) each.
-        held_out: numbers of the experiments that took no part in a fit, default none.
+    Takes constants (constants,).
     """
     sensors = Sensors(logs)
     with_slope = sorted({r.output for r in readings(system) if r.slope or r.lag != 0})

@@ -25,13 +25,7 @@ Place = dict[str, Any]
 def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
     """Return parameters and delays of a system in the order of the augmented one.
 
-    Args:
-        diagnosis: diagnosis with a fitted model.
-        system: the system as given, or the augmented one. Amplitudes that it lacks are zero, shapes are as
-            identified.
-
-    Returns:
-        Parameters as text (SI), delays of the inputs beyond those of the logs, and delays of the outputs, s.
+    Gives a value in s.
     """
     augmented = diagnosis.augmented.system
     off = {name: 0.0 for found in diagnosis.effects for name in found.added.amplitudes}
@@ -43,13 +37,7 @@ def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
 def values_of(parameters: Sequence[float], system: System, logs: Logs) -> dict[str, Any]:
     """Return parameters, and the delays of a system.
 
-    Args:
-        parameters: parameters, shape (parameters,), SI.
-        system: system with the delays.
-        logs: measured experiments, whose inputs may be delayed already.
-
-    Returns:
-        Parameters as text (SI), delays of the inputs beyond those of the logs, and delays of the outputs, s.
+    Takes parameters (parameters,) in SI; gives a value in s.
     """
     logged = logs.delays or (0.0,) * len(system.inputs)
     return {
@@ -60,30 +48,14 @@ def values_of(parameters: Sequence[float], system: System, logs: Logs) -> dict[s
 
 
 def about_effects(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
-    """Yield, for every effect, the places of the numbers that are zero where the effect is switched off.
-
-    Args:
-        diagnosis: diagnosis with a fitted model.
-
-    Yields:
-        `off`: places, each with kind, index and the value to subtract.
-    """
+    """Yield, for every effect, the places of the numbers that are zero where the effect is switched off."""
     for found in diagnosis.effects:
         names = (*found.added.amplitudes, *found.added.delays)
         yield {"off": [_place(diagnosis, found, name) for name in names]}
 
 
 def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return every identified number with its 95 % interval and the range of its slider.
-
-    Args:
-        diagnosis: diagnosis with a fitted model.
-
-    Returns:
-        Rows of name, unit, effect (its number, or None), place of the number, known (value in the system as
-        given, or None), interval (None for numbers of single experiments), low and high, and `said` where a
-        person says the number otherwise.
-    """
+    """Return every identified number with its 95 % interval and the range of its slider."""
     rows = []
     for k, found in enumerate(diagnosis.effects):
         off = (*found.added.amplitudes, *found.added.delays)  # without the effect they are zero
@@ -114,14 +86,7 @@ def _as_said(added: Added, name: str) -> dict[str, Any]:
 
 
 def parameter_sliders(system: System) -> list[dict[str, Any]]:
-    """Return the parameters of a system that was not identified, those marked as uncertain first.
-
-    Args:
-        system: system with its parameters.
-
-    Returns:
-        Rows as those of `sliders`, without intervals, over the limits of the parameters.
-    """
+    """Return the parameters of a system that was not identified, those marked as uncertain first."""
     shared = [(k, p) for k, p in enumerate(system.parameters) if not p.per_experiment]
     chosen = sorted(shared, key=lambda one: not one[1].identify)[:MOST_SLIDERS]
     return [

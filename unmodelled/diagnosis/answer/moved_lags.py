@@ -34,9 +34,6 @@ def with_moved_lags(found: Diagnosis) -> Diagnosis:
 
     A lag with the same time constant is moved to the other end, and held-out experiments are simulated from
     their first state.
-
-    Args:
-        found: diagnosis with a fitted model.
     """
     late = [k for k, each in enumerate(found.effects) if each.added.family in OTHER_END]
     if not late:

@@ -51,13 +51,6 @@ def replay(diagnosis: Diagnosis, found: TakeHome) -> Replay:
 
     Windows start at the measured states, whole runs at the first one. The given file is driven as the system
     file says, and the patched one with what the diagnosis says of inputs and sensors.
-
-    Args:
-        diagnosis: diagnosis of a system with a robot.
-        found: patched robot file.
-
-    Raises:
-        ModuleNotFoundError: if MuJoCo is not installed.
     """
     robot = diagnosis.system.robot
     assert robot is not None

@@ -34,15 +34,7 @@ class RobotFile:
 
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> RobotFile:
-        """Return the patched robot file of a diagnosis.
-
-        Args:
-            diagnosis: diagnosis of a system with a robot, with any verdict but check_logs.
-
-        Raises:
-            BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
-            ModuleNotFoundError: if MuJoCo is not installed.
-        """
+        """Return the patched robot file of a diagnosis."""
         effects = diagnosis.effects
         right = with_right_numbers(diagnosis.augmented.system, effects)
         laws = tuple(found for found in effects if not found.added.is_other_value)
@@ -54,9 +46,6 @@ class RobotFile:
 
         The file and its supplement are read back and have possible numbers. In MuJoCo, they predict windows
         of the held-out experiments better than the given file, and whole runs no worse.
-
-        Args:
-            diagnosis: diagnosis of the file.
         """
         found, run = self.found, self.replay
         if not found.changes and not found.supplement:
@@ -76,14 +65,7 @@ class RobotFile:
         return f"{FOLDER}/{Path(self.found.name).stem}_supplement.json" if self.found.supplement else None
 
     def write(self, folder: Path) -> None:
-        """Write the patched file and its supplement.
-
-        Args:
-            folder: folder of the answer.
-
-        Raises:
-            BadInput: when a file cannot be written.
-        """
+        """Write the patched file and its supplement."""
         (folder / FOLDER).mkdir()
         with replacing(folder / self.file) as temporary:
             temporary.write_text(self.found.text, encoding="utf-8")
@@ -107,15 +89,7 @@ class RobotFile:
 
 
 def offered(diagnosis: Diagnosis) -> RobotFile | Refusal:
-    """Return the patched robot file of a diagnosis, or why it is not offered.
-
-    Args:
-        diagnosis: diagnosis of a system with a robot, with any verdict but check_logs.
-
-    Raises:
-        BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
-        ModuleNotFoundError: if MuJoCo is not installed.
-    """
+    """Return the patched robot file of a diagnosis, or why it is not offered."""
     robot = diagnosis.system.robot
     assert robot is not None
     name = Path(robot.file).name

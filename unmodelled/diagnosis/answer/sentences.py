@@ -35,10 +35,8 @@ MOST_IDS, MOST_CHANGES = 4, 6
 
 
 def sentences(content: Entry) -> list[str]:
-    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files and the next step.
-
-    Args:
-        content: content of diagnosis.json with any verdict.
+    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files and the
+    next step.
     """
     notes = [f"note: {note}" for note in content["notes"]]
     told = [*_verdict(content), *_parameters(content["parameters"]), *_gap(content), *notes]
@@ -90,11 +88,7 @@ def _percent(share: float) -> str:
 
 
 def named(added: Added) -> str:
-    """Return family, place and level of an effect, such as "coulomb_friction at joint where group is old".
-
-    Args:
-        added: effect with its place.
-    """
+    """Return family, place and level of an effect, such as "coulomb_friction at joint where group is old"."""
     place = added.place
     return _in_words(added.family, added.variant, place.channel, place.factor, place.level)
 
@@ -111,11 +105,7 @@ def _in_words(family: str, variant: str, channel: str, factor: str | None, level
 
 
 def numbers_of(effect: Entry) -> Iterator[str]:
-    """Yield the numbers of an effect as a person says them, a line each.
-
-    Args:
-        effect: entry of `effects`.
-    """
+    """Yield the numbers of an effect as a person says them, a line each."""
     for name, entry in effect["parameters"].items():
         number = {"symbol": name, "words": "", **entry, **entry.get("shown", {})}
         if "values" in entry:
@@ -160,11 +150,7 @@ def _gap(content: Entry) -> Iterator[str]:
 
 
 def robot_sentences(robot: Entry) -> Iterator[str]:
-    """Yield what the patched robot file holds, and how well it follows the machine.
-
-    Args:
-        robot: entry `robot` of diagnosis.json.
-    """
+    """Yield what the patched robot file holds, and how well it follows the machine."""
     file, changes, replay = robot["file"], robot["changes"], robot["replay"]
     more = f" and {len(changes) - MOST_CHANGES} more" if len(changes) > MOST_CHANGES else ""
     listed = ", ".join(map(_change, changes[:MOST_CHANGES])) + more

@@ -17,9 +17,6 @@ def shorter_windows(found: Diagnosis) -> Iterator[str]:
 
     A ripple of 42 waves per turn is half a wave off where the simulated angle is 0.07 rad off. Over windows
     in which the known physics errs by more, the errors do not show the ripple.
-
-    Args:
-        found: diagnosis with a fitted model.
     """
     along = any(port.position is not None and port.domain == "power" for port in found.system.ports)
     seconds = found.horizon / SHORTER

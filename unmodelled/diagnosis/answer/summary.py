@@ -43,12 +43,6 @@ def summary(
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        where: place of the gap.
-        robot: patched robot file; None (default): there is no entry `robot`.
-        refused: files that are not offered; default none.
     """
     ports = _ports(diagnosis)
     content = {

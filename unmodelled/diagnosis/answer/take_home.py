@@ -90,17 +90,7 @@ class TakeHome:
 
 
 def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect]) -> TakeHome:
-    """Return the robot file of a system, patched to say what the augmented system says.
-
-    Args:
-        given: system with a robot, as given.
-        system: augmented system, with identified numbers.
-        effects: effects that it has in addition.
-
-    Raises:
-        BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
-        ModuleNotFoundError: if MuJoCo is not installed.
-    """
+    """Return the robot file of a system, patched to say what the augmented system says."""
     robot = given.robot
     assert robot is not None
     name = Path(robot.file).name
@@ -265,11 +255,7 @@ class _Written:
         return any(self.added.place.name in inputs for inputs in self.efforts.controls.values())
 
     def said(self, wanted: Mapping[Key, float]) -> dict[Key, float]:
-        """Numbers of the file that say the effect.
-
-        Args:
-            wanted: numbers that say the effects before it.
-        """
+        """Numbers of the file that say the effect."""
         if self.element is None:
             return {}
         own = {quantity: value for (name, quantity), value in wanted.items() if name == self.element}
@@ -293,12 +279,7 @@ class _Written:
         return tuple(n for n in self.added.amplitudes if n in words or n in self.added.shares)
 
     def missing(self, file: Patched, forces: Mapping[str, sp.Expr]) -> Iterator[Missing]:
-        """Yield what the file does not hold of the effect.
-
-        Args:
-            file: patched file.
-            forces: forces of the supplement.
-        """
+        """Yield what the file does not hold of the effect."""
         others = [named(other) for other in self.found.indistinguishable if other.robot]
         alike = (
             f"; the logs cannot tell it from {others[0]}, which a robot has a number for" if others else ""

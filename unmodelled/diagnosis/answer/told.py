@@ -15,11 +15,8 @@ DIGITS = 3
 
 
 def said_number(found: DiagnosedEffect, name: str) -> Said:
-    """Return value and 95 % interval of a number as a person says them; of single experiments mean and range.
-
-    Args:
-        found: diagnosed effect.
-        name: name of the number.
+    """Return value and 95 % interval of a number as a person says them; of single experiments mean
+    and range.
     """
     if name in found.own:
         each = np.array(list(found.own[name].values()))
@@ -29,12 +26,7 @@ def said_number(found: DiagnosedEffect, name: str) -> Said:
 
 
 def shown(found: DiagnosedEffect, name: str) -> dict[str, Any]:
-    """Return the entry `shown` of a number in diagnosis.json; nothing where the number is said as it is.
-
-    Args:
-        found: diagnosed effect.
-        name: name of the number.
-    """
+    """Return the entry `shown` of a number in diagnosis.json; nothing where the number is said as it is."""
     number = said_number(found, name)
     value, *interval = number.values
     if (number.symbol, number.words, number.unit) == (name, "", found.added.units[name]):
@@ -45,11 +37,7 @@ def shown(found: DiagnosedEffect, name: str) -> dict[str, Any]:
 
 
 def phrase(found: DiagnosedEffect) -> str:
-    """Return an effect in a few words with its numbers; "" where its law has none, or a number is open.
-
-    Args:
-        found: diagnosed effect.
-    """
+    """Return an effect in a few words with its numbers; "" where its law has none, or a number is open."""
     text, numbers = found.added.phrase, found.estimates
     named = {name for name in numbers if f"{{{name}}}" in text}
     if not text or text.count("{") != len(named) or not all(numbers[name].determined for name in named):
@@ -58,11 +46,7 @@ def phrase(found: DiagnosedEffect) -> str:
 
 
 def amount(number: Said) -> str:
-    """Return the first value of a number with its unit, beside the whole of which it is a part.
-
-    Args:
-        number: number as a person says it.
-    """
+    """Return the first value of a number with its unit, beside the whole of which it is a part."""
     (value, *_) = number.values
     if number.whole is not None:
         return part_of(value, number.whole, number.unit)

@@ -54,8 +54,7 @@ class Scored:
     def is_like(self, other: Scored) -> bool:
         """Return whether the errors differ by chance only, judged by the experiments.
 
-        Args:
-            other: another set (Sivula, Magnusson and Vehtari 2020: few groups tell little).
+        Another set (Sivula, Magnusson and Vehtari 2020: few groups tell little).
         """
         off = self.errors - other.errors
         error = np.sqrt(len(off)) * off.std(ddof=1) if len(off) > 1 else np.inf
@@ -169,20 +168,13 @@ class Chooser:
         return [self._scored(self._single, k) for k in range(len(self._single.units))]
 
     def may_be_far(self, one: Scored) -> bool:
-        """Return whether laws may be larger than the linear system shows.
-
-        Args:
-            one: one of `singles`.
-        """
+        """Return whether laws may be larger than the linear system shows."""
         return any(self.equations.atoms[a].effect.may_be_far for a in one.atoms)
 
     def variants(self, one: Scored) -> list[Scored]:
         """Return all variants of a law at its place, the plainest first.
 
         Each comes at its best shape; one with a rough shape at all that were kept.
-
-        Args:
-            one: one of `singles`.
         """
         own = np.array([k for k, names in enumerate(self._names) if names == one.names], np.int64)[:, None]
         own = own[self._is_few(own)]

@@ -96,12 +96,8 @@ class Columns:
     def at(self, place: Place, forcing: Array) -> Array:
         """Return the columns of forcings at a place.
 
-        Args:
-            place: port, input, output or parameter.
-            forcing: additions to its quantity, shape (windows, 2 K + 1, N), SI, finite.
-
-        Returns:
-            Columns, shape (judged windows, K, outputs, N), in units of the sensor noise.
+        Takes forcing (windows, 2 K + 1, N) in SI; gives (judged windows, K, outputs, N) in units of the
+        sensor noise.
         """
         path = self.path
         B, D = path.by(Place(place.kind, place.name))
@@ -241,12 +237,7 @@ class Columns:
     def of_law(self, law: Law, place: Place) -> Array:
         """Return the columns of a law without shapes, in plausible sizes of its amplitudes.
 
-        Args:
-            law: law in local names.
-            place: port.
-
-        Returns:
-            Columns, shape (judged windows, K, outputs, amplitudes).
+        Gives (judged windows, K, outputs, amplitudes).
         """
         scale = np.array([a.scale for a in law.amplitudes.values()])
         return self.at(place, scale * self.laws.contributions(continued(self.sites[place], law), place, [{}]))
@@ -254,11 +245,7 @@ class Columns:
     def of_regressors(self, added: Added) -> Array:
         """Return the columns of an effect, in plausible sizes of its amplitudes.
 
-        Args:
-            added: effect with regressors in the system's symbols.
-
-        Returns:
-            Columns, shape (judged windows, K, outputs, amplitudes).
+        Gives (judged windows, K, outputs, amplitudes).
         """
         scale = np.array([added.scales[name] for name in added.amplitudes])
         return self.at(added.place, scale * self.path.evaluate(added.regressors))
@@ -273,8 +260,7 @@ class Columns:
 
         Differences between experiments are in `between`; laws at levels of a factor follow from these.
 
-        Yields:
-            Atoms of a law, and their columns, shape (judged windows, K, outputs, atoms * amplitudes).
+        Gives (judged windows, K, outputs, atoms * amplitudes).
         """
         for effect, place in self._every:
             if isinstance(effect, Delay):
@@ -330,11 +316,5 @@ def _prior(unknown: Unknown) -> float:
 
 
 def at_level(atom: Atom, factor: str, level: float | str) -> Atom:
-    """Return an atom that acts in the experiments of one level of a factor only.
-
-    Args:
-        atom: atom of all experiments.
-        factor: column of experiments.csv.
-        level: value of the factor.
-    """
+    """Return an atom that acts in the experiments of one level of a factor only."""
     return replace(atom, place=replace(atom.place, factor=factor, level=level))

@@ -34,8 +34,7 @@ class Comparison:
     def of(cls, differences: Array) -> Comparison:
         """Compare paired scores.
 
-        Args:
-            differences: difference of the scores of every part, shape (parts,).
+        Takes differences (parts,).
         """
         count, total = len(differences), float(differences.sum())
         error = float(differences.std(ddof=1) / np.sqrt(count)) if count > 1 else np.inf
@@ -44,11 +43,7 @@ class Comparison:
         return cls(total / count, error, chance)
 
     def is_significant(self, level: float) -> bool:
-        """Return whether the difference is positive beyond chance.
-
-        Args:
-            level: probability that a difference by chance is not called positive.
-        """
+        """Return whether the difference is positive beyond chance."""
         return self.mean > 0.0 and self.chance <= 1.0 - level
 
 
@@ -56,11 +51,7 @@ class Comparison:
 def signs(parts: int) -> Array:
     """Return signs of differences as chance may give them.
 
-    Args:
-        parts: number of differences.
-
-    Returns:
-        Signs, shape (changes, parts); of the first change all are positive, as measured.
+    Gives (changes, parts).
     """
     if parts <= EXACT:
         return np.array(list(product((1.0, -1.0), repeat=parts)))

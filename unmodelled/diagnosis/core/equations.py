@@ -65,11 +65,7 @@ class Equations:
 
     @classmethod
     def of(cls, columns: Columns) -> Equations:
-        """Make all columns, keep the best shapes of every law at a place, and multiply them.
-
-        Args:
-            columns: columns around a path.
-        """
+        """Make all columns, keep the best shapes of every law at a place, and multiply them."""
         starts, always, runs, share, prior = _always(columns)
         look = _FirstLook.of(always, runs, len(columns.open.prior), prior, share)
         atoms, kept = list[Atom](), list[NDArray[np.float32]]()
@@ -85,9 +81,7 @@ class Equations:
     def plain(cls, columns: Columns, further: Array) -> Equations:
         """Multiply given columns, each of which may come alone; every sample counts, as in a fit.
 
-        Args:
-            columns: columns around a path, of which those of all models count.
-            further: other columns, shape (windows, K, outputs, N), in plausible sizes.
+        Takes further (windows, K, outputs, N).
         """
         starts, always, runs, _, prior = _always(columns)
         gram, samples = _products(columns, always, [starts.free(further)], runs, 1.0)
@@ -149,11 +143,7 @@ class Equations:
         return self.gram[:, rest[:, None], rest] - cross.transpose(0, 2, 1) @ moved, moved, inverse
 
     def only(self, atoms: Sequence[int]) -> Equations:
-        """Return the equations with some of the atoms.
-
-        Args:
-            atoms: numbers of the atoms.
-        """
+        """Return the equations with some of the atoms."""
         n, some = len(self.prior), list(atoms)
         index = np.array(
             [k for a in some for k in range(self.first[a], self.first[a] + self.count[a])], np.int64
@@ -175,10 +165,7 @@ class Equations:
         The deviations of the experiments are free but for their priors; their sum is about as small as one of
         them. (A sum of exactly zero charges scatter eight times, no constraint hides a common gain.)
 
-        Args:
-            between: mask, shape (between,), of the differences that are possible, default all.
-            unit: squared error of an independent sample, to which the priors of differences refer, default
-                that of the sensor noise.
+        Takes between (between,).
         """
         n, on = self.open, np.arange(len(self.between)) if between is None else np.flatnonzero(between)
         own = n + on

@@ -43,21 +43,13 @@ class Folds:
     def errors(self, sets: Indices) -> Array:
         """Return the squared errors of left-out experiments.
 
-        Args:
-            sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
-
-        Returns:
-            Errors, shape (sets, experiments).
+        Takes sets (sets, most); gives (sets, experiments).
         """
         found: Array = left_out(self.fit, self.score, sets, self.first, self.count, self.positive)
         return found
 
     def with_all(self, prior: float) -> float:
-        """Return the squared error of left-out experiments with all columns.
-
-        Args:
-            prior: standard deviation of the amplitudes' prior, in plausible sizes.
-        """
+        """Return the squared error of left-out experiments with all columns."""
         total, ridge = 0.0, (prior**-2.0 - PRIOR**-2.0) * np.eye(self.fit.shape[1] - 1)
         for fit, score in zip(self.fit, self.score, strict=True):
             found = np.append(-np.linalg.solve(fit[:-1, :-1] + ridge, fit[:-1, -1]), 1.0)
@@ -67,11 +59,7 @@ class Folds:
     def amounts(self, atoms: Sequence[int]) -> list[Array]:
         """Return the amplitudes of a set from all experiments.
 
-        Args:
-            atoms: numbers of atoms.
-
-        Returns:
-            Amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
+        Gives (amplitudes,).
         """
         each = [np.arange(self.first[a], self.first[a] + self.count[a]) for a in atoms]
         index = np.concatenate([np.empty(0, np.int64), *each])
@@ -83,15 +71,8 @@ class Folds:
 def without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
     """Eliminate the first columns: they are fitted to `train`, whatever the others are.
 
-    Args:
-        train: products over the experiments that are fitted, shape (n + columns + 1, n + columns + 1).
-        score: products over those that are predicted, same shape.
-        n: number of columns to eliminate.
-        prior: standard deviations of their priors, shape (n,), in units of the columns.
-
-    Returns:
-        Products without these columns, with the ridge of the others, and without it for the score; each of
-        shape (columns + 1, columns + 1).
+    Takes train (n + columns + 1, n + columns + 1), score (same shape), prior (n,) in units of the columns;
+    gives (columns + 1, columns + 1).
     """
     inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
     fit = train[n:, n:] - train[n:, :n] @ inner

@@ -25,13 +25,7 @@ Array = NDArray[np.float64]
 
 @cache
 def compiled(adds: tuple[str, ...], rates: tuple[tuple[str, str], ...], *names: tuple[str, ...]) -> Program:
-    """Return a law in local names as a program of the register machine.
-
-    Args:
-        adds: contributions of its amplitudes, or names of its memory.
-        rates: names and rates of its memory.
-        names: local signals, numbers, and constants of single experiments.
-    """
+    """Return a law in local names as a program of the register machine."""
     memory = tuple(name for name, _ in rates)
     scope = Scope({n: Value(symbol(n)) for group in (*names, memory) for n in group})
     signals, numbers, constants = ([symbol(n) for n in group] for group in names)
@@ -71,12 +65,7 @@ class LocalLaws:
     def signals(self, place: Place, log: bool = False) -> tuple[tuple[str, ...], Array]:
         """Return names and values of the local signals of a place.
 
-        Args:
-            place: one of the places of `sites`.
-            log: whether they are wanted at all samples of the logs, default on the half grid.
-
-        Returns:
-            Names, and values of shape (windows, 2 K + 1, signals) or (samples, signals), SI.
+        Gives (windows, 2 K + 1, signals) in SI.
         """
         number, half, logged = self._signals
         names = tuple(self.sites[place].quantities)
@@ -87,14 +76,7 @@ class LocalLaws:
 
         A memory is integrated along the logs up to the start of a window, then along the path.
 
-        Args:
-            law: law, continued beyond the data.
-            place: one of the places of `sites`.
-            shapes: sets of values of its shapes by name.
-
-        Returns:
-            Additions on the half grid, shape (windows, 2 K + 1, shapes * amplitudes), SI; 0 where they are
-            not finite.
+        Gives (windows, 2 K + 1, shapes * amplitudes) in SI.
         """
         path, (names, drive) = self.path, self.signals(place)
         sets = [{**{n: f.value for n, f in law.fixed.items()}, **shape} for shape in shapes]

@@ -99,11 +99,6 @@ class Path:
         """Simulate a fitted hypothesis over some windows, from the measured states.
 
         The change of hidden states is integrated from window to window: none may be left out.
-
-        Args:
-            fitted: fitted hypothesis.
-            recording: windows of its experiments.
-            most: number of windows whose errors are compared, about; default all.
         """
         few, numbers = recording if most is None else recording.thinned(most), fitted.fit.numbers
         runs = _StateRuns(fitted.hypothesis, few)
@@ -235,12 +230,7 @@ class Path:
     def by(self, place: Place) -> tuple[Array, Array]:
         """Return the derivatives of rates and outputs by the quantity at a place.
 
-        Args:
-            place: port, input, output or parameter, in all experiments.
-
-        Returns:
-            Derivatives of the rates, shape (windows, 2 K + 1, states), and of the outputs in units of the
-            sensor noise, shape (windows, K + 1, outputs).
+        Gives (windows, 2 K + 1, states) and (windows, K + 1, outputs).
         """
         if place not in self._by:
             self._by[place] = self._derived(place)
@@ -274,8 +264,7 @@ class Path:
     def chain(self) -> tuple[Indices, Mask, Mask]:
         """Return windows in the order of time, which of them go on with the last, and hidden states.
 
-        Returns:
-            Numbers of the windows, shape (windows,), and masks of shape (windows,) and (states,).
+        Gives (windows,) and (windows,).
         """
         start, steps = self.recording.start, self.recording.steps
         order = np.argsort(start)
@@ -287,9 +276,7 @@ class Path:
     def start_gain(self) -> tuple[Array, Indices, Mask]:
         """Return the relations between outputs and measured states.
 
-        Returns:
-            Gains, shape (windows, measured states), numbers of the outputs, shape (measured states,), and a
-            mask of that shape where the output shows the slope.
+        Gives (windows, measured states) and (measured states,).
         """
         C = self.shown[:, 0] * self.recording.noise[:, None]
         shown = {r.output: r.state for r in self.readings if not r.slope}

@@ -40,11 +40,7 @@ class Correction:
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
-        """Return the correction that changes nothing.
-
-        Args:
-            logs: logs of all experiments.
-        """
+        """Return the correction that changes nothing."""
         outputs, inputs = (len(logs), len(logs.outputs)), (len(logs), len(logs.inputs))
         return cls(np.ones(outputs), np.zeros(outputs), np.ones(inputs), np.ones(len(logs)))
 
@@ -52,17 +48,14 @@ class Correction:
     def replaced(cls, logs: Logs, inputs: Array) -> Correction:
         """Return the correction that replaces all inputs.
 
-        Args:
-            logs: logs of all experiments.
-            inputs: inputs after their delays, shape (samples, inputs).
+        Takes inputs (samples, inputs).
         """
         return replace(cls.none(logs), inputs=inputs, owner=logs.owner)
 
     def only(self, runs: Mask) -> Correction:
         """Restrict the correction to some experiments.
 
-        Args:
-            runs: mask of the experiments to correct, shape (experiments,).
+        Takes runs (experiments,).
         """
         mine = runs[:, None]
         return replace(
@@ -89,12 +82,7 @@ class Correction:
         return float(np.sort(self.clock)[len(self.clock) // 2])
 
     def logs(self, system: System, logs: Logs) -> Logs:
-        """Return the corrected logs.
-
-        Args:
-            system: system of the logs.
-            logs: logs as read; their estimated states are not corrected.
-        """
+        """Return the corrected logs."""
         y = self.gain[logs.owner] * logs.y + self.offset[logs.owner]
         common = self.common
         period = common * logs.period
@@ -118,13 +106,7 @@ class Correction:
         )
 
     def sensors(self, logs: Logs, measured: Sensors) -> Sensors:
-        """Return the sensors of corrected logs.
-
-        Args:
-            logs: corrected logs.
-            measured: sensors of the logs before the correction; their slopes are corrected, not estimated
-                again.
-        """
+        """Return the sensors of corrected logs."""
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))
 
@@ -140,13 +122,7 @@ class Correction:
     def samples(self, samples: Indices, logs: Logs, corrected: Logs) -> Indices:
         """Return the samples of the corrected logs that are nearest to the instants of given samples.
 
-        Args:
-            samples: numbers of samples of the logs as read, shape (n,).
-            logs: logs as read.
-            corrected: the corrected logs.
-
-        Returns:
-            Numbers of samples of the corrected logs, shape (n,).
+        Takes samples (n,); gives (n,).
         """
         owner = logs.owner[samples]
         since = (samples - logs.offsets[owner]) * (self.clock[owner] / self.common)

@@ -12,14 +12,7 @@ FEWEST_DIFFERENT = 2
 
 
 def identical(logs: Logs) -> list[list[int]]:
-    """Return the numbers of the experiments in groups of equal outputs and inputs.
-
-    Args:
-        logs: logs of all experiments.
-
-    Returns:
-        Groups in the order of their first experiments.
-    """
+    """Return the numbers of the experiments in groups of equal outputs and inputs."""
     found: dict[bytes, list[int]] = {}
     for i in range(len(logs)):
         rows = logs.rows(i)
@@ -28,11 +21,7 @@ def identical(logs: Logs) -> list[list[int]]:
 
 
 def different(logs: Logs) -> Logs:
-    """Return the logs with the first experiment of each group of identical ones.
-
-    Args:
-        logs: logs of all experiments.
-    """
+    """Return the logs with the first experiment of each group of identical ones."""
     groups = identical(logs)
     return logs if len(groups) == len(logs) else logs.among([group[0] for group in groups])
 
@@ -42,9 +31,6 @@ def duplicates(logs: Logs) -> tuple[LogFault, ...]:
 
     The faults decide the diagnosis where fewer than two different experiments remain: the model would be
     judged on the data that it was fitted to.
-
-    Args:
-        logs: logs of all experiments.
     """
     groups = identical(logs)
     few = len(groups) < FEWEST_DIFFERENT

@@ -83,8 +83,7 @@ class Off:
     def says(self, seconds: float) -> str:
         """Say both errors in words.
 
-        Args:
-            seconds: horizon of the windows, s.
+        Takes seconds in s.
 
         Examples:
             >>> Off("rad", 0.0123, None).says(0.1)
@@ -150,11 +149,7 @@ def output_scale(logs: Logs) -> Array:
     more than `WILD` times the median experiment's. An output that is constant within every experiment has the
     largest magnitude it takes as its scale, and 1 if it is always zero.
 
-    Args:
-        logs: measured experiments.
-
-    Returns:
-        Standard deviations, shape (outputs,), in the units of the outputs.
+    Gives (outputs,).
     """
     each = np.array([_within(logs.y[logs.rows(i)]) for i in range(len(logs))])
     usual = np.median(each, axis=0)
@@ -179,12 +174,7 @@ def _within(y: Array) -> Array:
 def steps_of(horizon: float, logs: Logs) -> int:
     """Return the number of samples closest to a horizon: at least one, at most the longest experiment.
 
-    Args:
-        horizon: length of the free-run windows, s.
-        logs: measured experiments.
-
-    Raises:
-        BadInput: when `horizon` is not a positive number.
+    Takes horizon in s.
     """
     number = isinstance(horizon, int | float) and not isinstance(horizon, bool)
     if not (number and math.isfinite(horizon) and horizon > 0.0):
@@ -195,14 +185,6 @@ def steps_of(horizon: float, logs: Logs) -> int:
 
 def shrink(reidentified: float, model: float, floor: float) -> float:
     """Return the share of the squared gap above the noise floor that a model explains, from 0 to 1.
-
-    Args:
-        reidentified: gap of the known physics with identified parameters, in standard deviations.
-        model: gap of the model.
-        floor: noise floor of the gap.
-
-    Returns:
-        Share; 0 where there is no gap above the floor.
 
     Examples:
         >>> shrink(0.5, 0.3, 0.1)

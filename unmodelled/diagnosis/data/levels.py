@@ -18,12 +18,7 @@ def levels(
 ) -> Iterator[tuple[str, float | str, Indices]]:
     """Yield factor, level and rows of the levels that some, but not all, experiments have.
 
-    Args:
-        experiments: table of the experiments, one row each.
-        thresholds: thresholds of a diagnosis, of which `most_levels` and `fewest_per_level` are used.
-
-    Yields:
-        Factor, level, and rows of the table, shape (members,).
+    Gives (members,).
     """
     for factor in experiments.columns:
         values = experiments[factor]

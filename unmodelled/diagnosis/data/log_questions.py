@@ -98,11 +98,6 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
 
     Inputs without effect come first: a thousandth of an input has hardly any effect either. Inputs come
     before outputs: on a symmetric machine the sign of either can be wrong.
-
-    Args:
-        system: the known physics.
-        logs: logs of all experiments.
-        useless: whether the known physics is of no use, so that units may be far off; default True.
     """
     units = {item.name: item.unit for item in system.inputs}
     units |= {item.name: item.unit for item in system.outputs}
@@ -128,12 +123,7 @@ def _multiples(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def clocks(system: System, logs: Logs) -> Iterator[Question]:
-    """Yield a question for every other unit of time in which known delays are shorter than experiments.
-
-    Args:
-        system: the known physics.
-        logs: logs of all experiments.
-    """
+    """Yield a question for every other unit of time in which known delays are shorter than experiments."""
     none = Correction.none(logs)
     delays = *(i.delay for i in system.inputs), *(o.delay for o in system.outputs)
     longest = max(map(abs, delays))
@@ -144,11 +134,7 @@ def clocks(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def constants(logs: Logs) -> Iterator[LogFault]:
-    """Yield a fault for every input that is constant over all experiments; it decides nothing.
-
-    Args:
-        logs: logs of all experiments.
-    """
+    """Yield a fault for every input that is constant over all experiments; it decides nothing."""
     for name, values in zip(logs.inputs, logs.u.T, strict=True):
         if np.ptp(values) == 0.0:
             yield LogFault(
@@ -164,9 +150,6 @@ def moves_without_input(logs: Logs) -> bool:
 
     Free motion dies out: a machine that swings as much at the end of its runs as at their beginning is driven
     by something that the logs do not show.
-
-    Args:
-        logs: logs of all experiments.
     """
     if not logs.inputs or np.any(logs.u != 0.0):
         return False

@@ -33,14 +33,6 @@ def default_horizon(
     not counting short parts, see `Logs.usual_length`; the latter limit is the stronger one. Experiments that
     are shorter than the horizon are simulated as a whole.
 
-    Args:
-        logs: logs of all experiments.
-        sensors: sensors of the logs, where they are known already.
-        thresholds: thresholds of the rule.
-
-    Returns:
-        Horizon, s, a whole number of sampling periods.
-
     Examples:
         >>> import unmodelled as um
         >>> system, logs = um.example("pendulum")
@@ -62,13 +54,7 @@ def default_horizon(
 def horizon_of(logs: Logs, horizon: float | None, sensors: Sensors | None = None) -> float:
     """Return the given horizon, or the default horizon of the logs where none is given.
 
-    Args:
-        logs: logs of all experiments.
-        horizon: length of the free-run windows, s; None for the default.
-        sensors: sensors of the logs, where they are known already.
-
-    Returns:
-        Horizon, s.
+    Gives a value in s.
     """
     return default_horizon(logs, sensors) if horizon is None else horizon
 
@@ -79,9 +65,6 @@ def persistence(recording: Recording) -> float:
     The root mean square over outputs, windows and samples, in standard deviations of the outputs; errors are
     cut like those of free runs. An output is predicted by its last value or by its last value and speed,
     whichever is better over all windows.
-
-    Args:
-        recording: windows, which start at the samples where free runs start.
     """
     found = persistence_errors(recording.sensors, recording.start[:, None], recording.rows)
     squares = _cut_squares(found / recording.scale)[:, recording.counted].mean(axis=1)
@@ -93,13 +76,7 @@ def persistence_errors(sensors: Sensors, start: Indices, end: Indices) -> Array:
 
     The speed is the smoothed slope of the output at the start, as at the start of a free run.
 
-    Args:
-        sensors: sensors of the logs.
-        start: numbers of the samples at which predictions start, of a shape that broadcasts to that of `end`.
-        end: numbers of the predicted samples, any shape.
-
-    Returns:
-        Measured minus predicted outputs, shape (2, *shape of `end`, outputs), in units of the outputs.
+    Takes end (any shape); gives (2, *shape of `end`, outputs) in units of the outputs.
     """
     logs = sensors.logs
     speed = np.stack([sensors.slope(j, 0.0) for j in range(len(logs.outputs))], axis=1)

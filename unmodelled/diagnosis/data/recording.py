@@ -52,16 +52,7 @@ class Recording:
     ) -> Recording:
         """Divide experiments into windows.
 
-        Args:
-            logs: logs of all experiments.
-            horizon: length of a window, s, rounded to samples.
-            runs: numbers of the experiments to divide, default all.
-            latest: longest delay of an output, s, default 0.
-            sensors: sensors of the logs, where they are known already.
-
-        Raises:
-            BadInput: when the horizon is not a positive number.
-            ValueError: when `latest` is as long as an experiment.
+        Takes latest in s.
         """
         longest, runs = steps_of(horizon, logs), tuple(range(len(logs)) if runs is None else runs)
         held = math.floor(latest / logs.period + WHOLE)
@@ -88,39 +79,23 @@ class Recording:
     ) -> Recording:
         """Return every experiment as one window, from its first state to its end.
 
-        Args:
-            logs: logs of all experiments.
-            runs: numbers of the experiments to simulate, default all.
-            latest: longest delay of an output, s, default 0.
-            sensors: sensors of the logs, where they are known already.
+        Takes latest in s.
         """
         return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
 
     def among(self, runs: Sequence[int]) -> Recording:
-        """Return the windows of some of the experiments.
-
-        Args:
-            runs: numbers of the experiments.
-        """
+        """Return the windows of some of the experiments."""
         mine = np.isin(self.owner, runs)
         return replace(self, runs=tuple(runs), start=self.start[mine], steps=self.steps[mine])
 
     def begun(self, share: float) -> Recording:
-        """Return the windows that start in the first part of their experiment.
-
-        Args:
-            share: share of every experiment, above 0; the first window always stays.
-        """
+        """Return the windows that start in the first part of their experiment."""
         since = self.start - self.logs.offsets[self.owner]
         mine = since < share * np.diff(self.logs.offsets)[self.owner]
         return replace(self, start=self.start[mine], steps=self.steps[mine])
 
     def thinned(self, count: int) -> Recording:
-        """Return some of the windows, evenly from all experiments and at least one of each.
-
-        Args:
-            count: largest number of windows, unless there are more experiments.
-        """
+        """Return some of the windows, evenly from all experiments and at least one of each."""
         if len(self.start) <= count:
             return self
         order = np.argsort(self.start)
@@ -133,8 +108,7 @@ class Recording:
     def starting(self, start: Indices) -> Recording:
         """Return windows of the same length that start at other samples; the last may be shorter.
 
-        Args:
-            start: first samples, shape (windows,); the last sample of an experiment starts no window.
+        Takes start (windows,).
         """
         end = self.logs.offsets[self.logs.owner[start] + 1] - 1 - math.floor(self.latest + WHOLE)
         steps = np.minimum(self.steps.max(), end - start)
@@ -142,11 +116,7 @@ class Recording:
         return replace(self, start=start[order], steps=steps[order])
 
     def shortened(self, share: float) -> Recording:
-        """Return the beginnings of the windows.
-
-        Args:
-            share: share of the longest window that stays, at least `SHORTEST` samples.
-        """
+        """Return the beginnings of the windows."""
         steps = max(SHORTEST, round(share * int(self.steps.max())))
         return replace(self, steps=np.minimum(self.steps, steps))
 

@@ -29,11 +29,6 @@ class Remark:
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """Return a number with its unit.
 
-    Args:
-        value: number, in `unit`.
-        unit: unit; "", "1" and "-" are those of a pure number.
-        digits: significant digits, default 3.
-
     Examples:
         >>> quantity(0.01234, "N m"), quantity(2.0, "1")
         ('0.0123 N m', '2')
@@ -44,9 +39,6 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 def listed(words: tuple[str, ...]) -> str:
     """Return words as a list in a sentence.
-
-    Args:
-        words: one word or more.
 
     Examples:
         >>> listed(("J", "b", "mgl"))

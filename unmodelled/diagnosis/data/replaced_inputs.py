@@ -29,9 +29,6 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
     """Yield a question for every input that changes rarely, but at a regular pace, in all runs.
 
     A command may be held that long. If it is only logged that rarely, it goes on between its samples.
-
-    Args:
-        logs: logs of all experiments.
     """
     for j, name in enumerate(logs.inputs):
         runs = [logs.u[logs.rows(i), j] for i in range(len(logs))]
@@ -51,12 +48,7 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
 
 
 def straight_pace(logs: Logs, item: int) -> float:
-    """Return how many samples an input runs straight at a time, as if read from a slower clock; else 1.
-
-    Args:
-        logs: logs of all experiments.
-        item: number of the input.
-    """
+    """Return how many samples an input runs straight at a time, as if read from a slower clock; else 1."""
     slopes = [np.diff(logs.u[logs.rows(i), item]) for i in range(len(logs))]
     steps = [slope / (SAME_SLOPE * float(np.abs(slope).max(initial=1e-300))) for slope in slopes]
     bends = [np.flatnonzero(np.abs(np.diff(step)) > 1.0) for step in steps]
@@ -80,12 +72,7 @@ def _pace(changes: Sequence[NDArray[np.int64]]) -> float | None:
 def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
     """Return the inputs of the run some places further on, held at their end.
 
-    Args:
-        logs: logs of all experiments.
-        shift: number of places.
-
-    Returns:
-        Inputs, shape (samples, inputs), in their units.
+    Gives (samples, inputs).
     """
     lengths, found = np.diff(logs.offsets), np.empty_like(logs.u)
     for i in range(len(logs)):
@@ -99,9 +86,7 @@ def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
 def other_run(logs: Logs, shifts: NDArray[np.int64]) -> Question:
     """Return the question whether runs have the inputs of others.
 
-    Args:
-        logs: logs of all experiments.
-        shifts: number of places to the run whose inputs each run has, shape (experiments,); 0: its own.
+    Takes shifts (experiments,).
     """
     read = logs.u.copy()
     for shift in np.unique(shifts[shifts != 0]).tolist():

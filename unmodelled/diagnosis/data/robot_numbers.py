@@ -11,12 +11,7 @@ NUMBERS = ("*.kp", "*.kv", "*.damping", "*.stiffness", "*.armature", "*.mass")
 
 
 def with_robot_numbers(system: System) -> System:
-    """Return the system with numbers of its robot file as parameters, which the file says are known.
-
-    Args:
-        system: system; one without a robot, or whose file has moved or says something else, is returned as
-            it is.
-    """
+    """Return the system with numbers of its robot file as parameters, which the file says are known."""
     if system.robot is None or not system.source:
         return system
     try:

@@ -42,10 +42,7 @@ class SmoothedSlope:
     def of(cls, y: Array, offsets: Indices, period: float) -> SmoothedSlope:
         """Smooth and differentiate an output, see `smooth_derivative`.
 
-        Args:
-            y: output, shape (samples,), of all experiments one after the other.
-            offsets: first samples of the experiments, shape (experiments + 1,).
-            period: sampling period, s.
+        Takes y (samples,), offsets (experiments + 1,), period in s.
         """
         return cls(*smooth_derivative(y, offsets, period))
 
@@ -56,13 +53,7 @@ class SmoothedSlope:
         noise that passes the filter and the filter's bias. Samples at the same distance from an end of their
         experiment, where half of the filter is missing, share an estimate, as do all others.
 
-        Args:
-            noise: standard deviation of the output's noise.
-            offsets: first samples of the experiments, shape (experiments + 1,).
-            period: sampling period, s.
-
-        Returns:
-            Standard deviation, shape (samples,), per second.
+        Takes offsets (experiments + 1,), period in s; gives (samples,).
         """
         truth = np.concatenate([_derivative(self.y[a:b], period) for a, b in pairwise(offsets)])
         square = np.zeros_like(truth)
@@ -165,37 +156,21 @@ class Sensors:
     def shown(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
         """Return an output at the time when it was measured.
 
-        Args:
-            output: number of the output.
-            delay: time from the measurement to the logged sample, s.
-            rows: samples of interest, shape (rows,), default all.
-
-        Returns:
-            Values, shape (rows,).
+        Takes delay in s, rows (rows,); gives (rows,).
         """
         return self._earlier(output, False, delay, rows)
 
     def slope(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
         """Return the smoothed derivative of `shown`, per second.
 
-        Args:
-            output: number of the output.
-            delay: time from the measurement to the logged sample, s.
-            rows: samples of interest, shape (rows,), default all.
-
-        Returns:
-            Derivative, shape (rows,).
+        Takes delay in s, rows (rows,); gives (rows,).
         """
         return self._earlier(output, True, delay, rows)
 
     def slope_error(self, output: int) -> Array:
         """Return the standard deviation of the error of `slope` without delay, per second.
 
-        Args:
-            output: number of the output.
-
-        Returns:
-            Standard deviation, shape (samples,).
+        Gives (samples,).
         """
         if output not in self._errors:
             noise, period = float(self.noise[output]), self.logs.period

@@ -50,12 +50,7 @@ class Study:
     ) -> Study:
         """Return a study that holds out experiments at random, such that the others still have every level.
 
-        Args:
-            system: the known physics.
-            logs: logs of all experiments.
-            horizon: length of the free-run windows, s.
-            seed: seed of the held-out experiments and of random numbers of models.
-            thresholds: thresholds of all decisions.
+        Takes horizon in s.
         """
         held = held_out(logs.experiments, seed, thresholds)
         return cls(system, logs, horizon, held, thresholds, seed)
@@ -108,14 +103,6 @@ def held_out(
 
     The largest share of a level is left for learning in turn: also of a small level, such as the few
     experiments with a load, one is held out and judges what only they have.
-
-    Args:
-        experiments: table of the experiments, one row each.
-        seed: seed of the draw.
-        thresholds: thresholds of a diagnosis, of which `held_out_share` is used.
-
-    Returns:
-        Rows of the table, sorted.
     """
     count = len(experiments)
     many = max(1, round(thresholds.held_out_share * count))

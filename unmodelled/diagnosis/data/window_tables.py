@@ -69,11 +69,7 @@ class WindowTableReader:
     ) -> WindowTables:
         """Return the tables of parameter sets.
 
-        Args:
-            values: parameter sets, shape (experiments, sets, numbers), SI.
-            recording: windows; their logs have the inputs and outputs of the system.
-            rows: samples at which the measured states are read, shape (read samples,), default all.
-            states: numbers of the measured states that are read, default all.
+        Takes values (experiments, sets, numbers) in SI, rows (read samples,).
         """
         read = range(len(self.readings)) if states is None else states
         first, member = _alike(values[:, :, self.columns])
@@ -96,11 +92,7 @@ class WindowTableReader:
     def delays(self, values: Array) -> Array:
         """Return the delays of the outputs, s.
 
-        Args:
-            values: parameter sets, shape (sets, numbers).
-
-        Returns:
-            Delays, shape (sets, outputs).
+        Takes values (sets, numbers); gives (sets, outputs).
         """
         found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
         for j, column in self.output_delays.items():
@@ -115,13 +107,8 @@ class WindowTableReader:
     def gains(self, values: Array, u: Array, owner: Indices) -> Array:
         """Return gain, offset and lag (s) of the measured states.
 
-        Args:
-            values: parameter sets, shape (experiments, numbers).
-            u: inputs, shape (samples, inputs).
-            owner: number of the experiment, shape (samples,).
-
-        Returns:
-            Gain, offset and lag, shape (samples, readings, 3).
+        Takes values (experiments, numbers), u (samples, inputs), owner (samples,); gives (samples, readings,
+        3).
         """
         if self.plain:
             return np.broadcast_to([1.0, 0.0, 0.0], (len(owner), len(self.readings), 3))

@@ -23,10 +23,6 @@ def confidence(verdict: Verdict, effects: int) -> float:
 
     One right and one wrong answer are added to those counted, so that a share is never certain (Laplace).
 
-    Args:
-        verdict: effect, main_effect, no_gap or unknown.
-        effects: number of named effects; a law at many ports of one kind counts once.
-
     Examples:
         >>> confidence("effect", 1) > confidence("effect", 4)
         True

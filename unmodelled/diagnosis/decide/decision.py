@@ -51,18 +51,7 @@ class Decision:
 
 
 def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Decision:
-    """Decide on the verdict.
-
-    Args:
-        candidates: fitted hypotheses, compared by left-out experiments.
-        named: number of the named candidate.
-        flexible: the known physics, the named candidate, and this with a network in every port, compared over
-            windows of their own.
-        held_out: gap of the named candidate on the held-out experiments.
-
-    Returns:
-        The decision.
-    """
+    """Decide on the verdict."""
     remainder = _remainder(candidates, named, flexible, held_out)
     verdicts: tuple[Verdict, Verdict] = ("effect", "main_effect")
     if not candidates.fits[named].hypothesis.effects:
@@ -117,13 +106,6 @@ def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[
 
     Two candidates are compared that differ in one effect only. A formula is no rival of a law of the library:
     it was chosen among many to be like it.
-
-    Args:
-        candidates: fitted hypotheses.
-        named: number of the named candidate.
-
-    Returns:
-        By number of an effect of the named candidate: other effects, the best first.
     """
     own = candidates.fits[named].hypothesis.effects
     found: dict[int, dict[tuple[str, str], Added]] = {k: {} for k in range(len(own))}

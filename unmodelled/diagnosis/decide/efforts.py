@@ -50,25 +50,14 @@ class Efforts:
     def along(self, expressions: Sequence[sp.Expr]) -> Array:
         """Return expressions of the known physics along the training experiments.
 
-        Args:
-            expressions: k expressions; efforts in them are zero.
-
-        Returns:
-            Values, shape (k, samples), SI.
+        Gives (k, samples) in SI.
         """
         system, logs = self.system, self.logs
         program, p = Program.of_values(system, expressions), np.array(system.values)
         return program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner]).T
 
     def mass(self, name: str) -> float:
-        """Return the median mass, or moment of inertia, that a port feels.
-
-        Args:
-            name: name of the port.
-
-        Returns:
-            Mass or moment of inertia, SI; inf where the effort does not accelerate the port.
-        """
+        """Return the median mass, or moment of inertia, that a port feels."""
         port = self.system.port(name)
         if not is_inertial(self.system, port):
             return np.inf
@@ -79,12 +68,6 @@ class Efforts:
         """Return the largest effort that acts at a port.
 
         It is the largest effort that the known physics has there, or that it lacks there to move as measured.
-
-        Args:
-            name: name of the port.
-
-        Returns:
-            Effort in the unit of the port; inf where the effort does not accelerate the port.
         """
         system, logs = self.system, self.logs
         port = system.port(name)
@@ -104,15 +87,7 @@ class Efforts:
         return float(efforts[np.isfinite(efforts)].max(initial=0.0)) or np.inf
 
     def of(self, added: Added) -> float:
-        """Return the largest effort of an effect on a port.
-
-        Args:
-            added: effect of the hypothesis.
-
-        Returns:
-            Effort in the unit of the port; 0 for an effect that depends on an acceleration, on a memory or on
-            the number of the experiment.
-        """
+        """Return the largest effort of an effect on a port."""
         hypothesis, system = self.fitted.hypothesis, self.system
         final = with_numbers(hypothesis.full, hypothesis.effects, self.fitted.fit.values)
         own = {symbol(p.name): sp.Float(p.value) for p in final.parameters}
@@ -126,15 +101,7 @@ class Efforts:
         return float(values[np.isfinite(values)].max(initial=0.0))
 
     def input_like(self, names: Sequence[str], likeness: float) -> str | None:
-        """Return the input whose scale changes the motion as one factor of all parameters does.
-
-        Args:
-            names: names of the parameters.
-            likeness: correlation of the two changes, at least.
-
-        Returns:
-            Name of the input, or None.
-        """
+        """Return the input whose scale changes the motion as one factor of all parameters does."""
         rates = self.system.closed
         own = self.along([sum(symbol(n) * sp.diff(f, symbol(n)) for n in names) for f in rates])
         for item in self.system.inputs:

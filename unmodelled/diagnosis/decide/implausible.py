@@ -26,15 +26,7 @@ _EFFORTS = {parse_unit("N m").dimension: "torque", parse_unit("N").dimension: "f
 
 
 def implausible(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark, ...]:
-    """Return remarks on numbers of a fit that make no sense as numbers of a machine.
-
-    Args:
-        prediction: fitted hypothesis with its numbers without each part of the data.
-        alike: hypotheses that predict as well, see `interval`; default none.
-
-    Returns:
-        Remarks on the uncertain parameters first, then on the effects in their order.
-    """
+    """Return remarks on numbers of a fit that make no sense as numbers of a machine."""
     fitted = prediction.fitted
     efforts, system = Efforts(fitted), fitted.hypothesis.study.system
     uncertain = [p for p in system.parameters if p.name in system.uncertain]

@@ -35,13 +35,6 @@ def remarks(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark,
     """Return all remarks on the numbers of a fit.
 
     A number that may be zero only because another one can take its place is not called zero.
-
-    Args:
-        prediction: fitted hypothesis with its numbers without each part of the data.
-        alike: hypotheses that predict as well, see `interval`; default none.
-
-    Returns:
-        Remarks on numbers that make no sense first, then on those that the logs do not determine.
     """
     loose = undetermined(prediction.fitted)
     names = {name for remark in loose for name in remark.numbers}
@@ -50,14 +43,7 @@ def remarks(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark,
 
 
 def undetermined(fitted: FittedHypothesis) -> tuple[Remark, ...]:
-    """Return remarks on numbers of a fit that its logs do not determine.
-
-    Args:
-        fitted: fitted hypothesis.
-
-    Returns:
-        Remarks on combinations of numbers first, then on single parameters and shapes of effects.
-    """
+    """Return remarks on numbers of a fit that its logs do not determine."""
     found, effects = _determination(fitted), fitted.hypothesis.effects
     within = [next((e for e in effects if set(m) <= set(e.units)), None) for m in found.combinations]
     pairs = list(zip(found.combinations, within, strict=True))
@@ -74,12 +60,7 @@ def undetermined(fitted: FittedHypothesis) -> tuple[Remark, ...]:
 
 
 def is_determined(fitted: FittedHypothesis, name: str) -> bool:
-    """Return whether the logs determine a fitted number; one that was not fitted is determined.
-
-    Args:
-        fitted: fitted hypothesis.
-        name: name of the number.
-    """
+    """Return whether the logs determine a fitted number; one that was not fitted is determined."""
     return _determination(fitted).determined(name)
 
 
@@ -106,11 +87,7 @@ class Determination:
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Determination:
-        """Eliminate all other unknowns from the normal equations of a fit.
-
-        Args:
-            fitted: fitted hypothesis.
-        """
+        """Eliminate all other unknowns from the normal equations of a fit."""
         hypothesis, fit, unknowns = fitted.hypothesis, fitted.fit, fitted.unknowns
         reported = {n for e in hypothesis.effects for n in e.reported}
         # the mean of the deviations of the experiments is that of the parameter
@@ -141,11 +118,7 @@ class Determination:
         return np.asarray((self.directions / self.deviations**2) @ self.directions.T)
 
     def determined(self, name: str) -> bool:
-        """Return whether a number is determined, by itself and in every combination.
-
-        Args:
-            name: name of a number; of one that is not in `names`, only whether it has any influence is told.
-        """
+        """Return whether a number is determined, by itself and in every combination."""
         if name not in self.names:
             return bool(np.isfinite(self.fitted.fit.variance(name)))
         relative = self.error(name) / self.size[self.names.index(name)]
@@ -153,21 +126,13 @@ class Determination:
         return alone and not any(name in moves for moves in self.combinations)
 
     def error(self, name: str) -> float:
-        """Return the standard error of a number of `names`, SI.
-
-        Args:
-            name: name of the number.
-        """
+        """Return the standard error of a number of `names`, SI."""
         k = self.names.index(name)
         return float(self.size[k] * np.sqrt(np.sum((self.directions[k] * self.deviations) ** 2)))
 
     @cached_property
     def combinations(self) -> tuple[Mapping[str, float], ...]:
-        """Return combinations of two or more numbers that can change together.
-
-        Returns:
-            For each one the largest relative changes of the numbers in their 95 % region, by name.
-        """
+        """Return combinations of two or more numbers that can change together."""
         limits, found = self.fitted.hypothesis.study.thresholds, []
         loose = Z * self.deviations >= limits.combined_change
         alone = Z / np.sqrt(np.maximum(np.diag(self.information), _TINY))

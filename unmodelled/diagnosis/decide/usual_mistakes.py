@@ -22,9 +22,7 @@ NEAR = 0.01
 def usual_mistake(given: Parameter, right: float) -> str:
     """Return how a wrong number may have come about, as a sentence; empty if that is unusual.
 
-    Args:
-        given: parameter with the value of the file.
-        right: value that explains the logs, SI.
+    Takes right in SI.
 
     Examples:
         >>> usual_mistake(Parameter("kp", "N m/rad", 0.349), 20.0)

@@ -22,14 +22,7 @@ CHECKED_WINDOWS, FINE_SUBSTEPS = 400, 8
 
 
 def check_seed(seed: int) -> None:
-    """Refuse a seed that is not a whole number from 0 on.
-
-    Args:
-        seed: seed of all random draws.
-
-    Raises:
-        BadInput: when the seed is not a whole number from 0 on.
-    """
+    """Refuse a seed that is not a whole number from 0 on."""
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
 
@@ -37,14 +30,7 @@ def check_seed(seed: int) -> None:
 def check(system: System, logs: Logs, horizon: float) -> None:
     """Refuse inputs that a diagnosis cannot answer.
 
-    Args:
-        system: the known physics.
-        logs: logs of all experiments.
-        horizon: length of the windows, s.
-
-    Raises:
-        BadInput: when there is a single experiment, no place for an effect, no horizon, or a delay as long as
-            an experiment.
+    Takes horizon in s.
     """
     if len(logs) < FEWEST_EXPERIMENTS:
         source = Path(logs.source)
@@ -64,13 +50,7 @@ def check(system: System, logs: Logs, horizon: float) -> None:
 def check_windows(system: System, logs: Logs, horizon: float) -> None:
     """Refuse windows that cannot be simulated; ask for faults of the logs first, they are a better answer.
 
-    Args:
-        system: the known physics.
-        logs: logs of all experiments.
-        horizon: length of the windows, s.
-
-    Raises:
-        BadInput: when the horizon has too few samples, or the model diverges in every window.
+    Takes horizon in s.
     """
     if (steps := steps_of(horizon, logs)) < FEWEST_PREDICTED:
         raise BadInput(

@@ -53,12 +53,8 @@ class Descent:
     def normal(self, here: Array, slopes: Array) -> tuple[NormalEquations, Array]:
         """Return the normal equations at the current point, and the robust spread of its errors.
 
-        Args:
-            here: errors, shape (windows, most steps, outputs).
-            slopes: their derivatives, shape (windows, unknowns + measured states, most steps, outputs).
-
-        Returns:
-            Normal equations, and the spread, shape (outputs,).
+        Takes here (windows, most steps, outputs), slopes (windows, unknowns + measured states, most steps,
+        outputs); gives (outputs,).
         """
         unknowns = self.errors.unknowns
         scale = spread(here, unknowns.simulation.recording.counted)
@@ -69,9 +65,7 @@ class Descent:
     def iteration(self) -> Generator[Asked, Array, None]:
         """Step to the best of several dampings; where none is better, try stronger ones.
 
-        Yields:
-            Vectors, shape (sets, entries), and corrections of initial states, shape (windows, sets, measured
-            states), to simulate; their errors are sent back.
+        Gives (sets, entries) and (windows, sets, measured states).
         """
         r = yield self.errors.around(self.z, self.moved)
         here, slopes = r[:, 0], self.errors.slopes(self.z, r)
@@ -116,11 +110,7 @@ def begin(
 ) -> list[Descent]:
     """Return fits that start at the measured initial states.
 
-    Args:
-        unknowns: numbers to fit.
-        starts: initial vectors, shape (entries,), one per fit.
-        substeps: integration steps per sample.
-        share: share of the loss by which an iteration must lower it, default 1e-5.
+    Takes starts (entries,).
     """
     sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
     errors = Errors(unknowns, sigma, substeps)
@@ -128,11 +118,7 @@ def begin(
 
 
 def iterate(descents: Sequence[Descent]) -> None:
-    """Iterate fits that share their errors once; their points are simulated together.
-
-    Args:
-        descents: fits of the same unknowns.
-    """
+    """Iterate fits that share their errors once; their points are simulated together."""
     iterations = [descent.iteration() for descent in descents]
     asked = [(iteration, next(iteration)) for iteration in iterations]
     while asked:

@@ -37,10 +37,7 @@ class Deviation:
     def of(cls, recording: Recording, square: Array) -> Deviation:
         """Average square errors over windows and samples.
 
-        Args:
-            recording: windows whose errors are averaged.
-            square: finite square errors, shape (windows, most steps, outputs), in variances of the outputs;
-                errors after the end of a window do not count.
+        Takes square (windows, most steps, outputs).
         """
         sums = np.einsum("wkj,wk->wj", square, recording.counted)
         logs = recording.logs
@@ -63,12 +60,7 @@ def errors(runs: Runs, scale: Array) -> Array:
     An error beyond `LARGEST_ERROR` is cut there. At a sample where an output has no finite value, the errors
     of all outputs count as the largest one: a finite output of a simulation that diverged is no prediction.
 
-    Args:
-        runs: free runs of the windows.
-        scale: standard deviations of the outputs, shape (outputs,), in their units.
-
-    Returns:
-        Errors, shape (windows, most steps, outputs).
+    Takes scale (outputs,); gives (windows, most steps, outputs).
     """
     error = runs.errors(scale)
     error = np.where(np.isfinite(runs.y[:, 0]).all(axis=-1, keepdims=True), error, np.nan)
@@ -79,10 +71,7 @@ def errors(runs: Runs, scale: Array) -> Array:
 def gap(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
     """Return the gap over windows that start at the measured states.
 
-    Args:
-        simulation: system and windows.
-        values: parameter set, shape (experiments or 1, 1, numbers), SI.
-        substeps: integration steps per sample, default 1.
+    Takes values (experiments or 1, 1, numbers) in SI.
     """
     found = errors(simulation(values, substeps=substeps), simulation.recording.scale)
     return Deviation.of(simulation.recording, found**2)
@@ -97,14 +86,7 @@ def substeps_needed(
     square), or than a share of the error of the model. Windows that still diverge with the finest steps do
     not count.
 
-    Args:
-        simulation: system and windows.
-        values: parameter set, shape (experiments or 1, 1, numbers), SI.
-        most: largest number of steps per sample that is tried, default 32.
-        of_error: share of the error of the model that the integration may add, default 0.
-
-    Returns:
-        Number of steps per sample, and a note; the note is empty unless `most` steps are too few.
+    Takes values (experiments or 1, 1, numbers) in SI.
     """
     recording, counted = simulation.recording, simulation.recording.counted
     enough = noise = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)

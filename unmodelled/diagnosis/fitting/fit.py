@@ -86,20 +86,7 @@ def fit_parameters(
     substeps: int | None = None,
     share: float = CONVERGED_SHARE,
 ) -> Fit:
-    """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt.
-
-    Args:
-        simulation: system and windows.
-        unknowns: numbers to fit, default the uncertain parameters of the system.
-        starts: initial values, default those of the system. Of several, the one with the lowest loss
-            after some iterations on some of the windows is continued.
-        iterations: largest number of iterations, default 30.
-        substeps: integration steps per sample, default as many as the first of `starts` and the result need.
-        share: share of the loss by which an iteration must lower it, or the fit has converged, default 1e-5.
-
-    Returns:
-        The fit.
-    """
+    """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt."""
     chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
     every = Unknowns(simulation, chosen)
 

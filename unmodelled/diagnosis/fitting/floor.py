@@ -18,12 +18,7 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
     A state that an output shows has the noise of the output, divided by the gain of the sensor; see
     `SmoothedSlope.error` for velocities.
 
-    Args:
-        simulation: system and windows.
-        values: parameter set, shape (experiments or 1, 1, numbers), SI; it contains the gains of the sensors.
-
-    Returns:
-        Standard deviations, shape (windows, measured states), SI.
+    Takes values (experiments or 1, 1, numbers) in SI; gives (windows, measured states) in SI.
     """
     recording, reader = simulation.recording, simulation.reader
     each = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0]
@@ -44,10 +39,7 @@ def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation
     The measured outputs are noisy, and so are the states at which windows start. The effect of a noisy state
     on the outputs is found by starting one standard deviation above and one below it, state by state.
 
-    Args:
-        simulation: system and windows.
-        values: parameter set, shape (experiments or 1, 1, numbers), SI.
-        substeps: integration steps per sample, default 1.
+    Takes values (experiments or 1, 1, numbers) in SI.
     """
     recording = simulation.recording
     sigma = start_noise(simulation, values)

@@ -44,17 +44,6 @@ def free_runs(
     the system holds them, and steps are halved until halving them again changes no output by more than a
     tenth of its sensor noise.
 
-    Args:
-        system: system with the values of its parameters and the laws of its ports.
-        logs: logs prepared for `system`, see `prepare`.
-        horizon: length of the free-run windows, s, rounded to samples.
-        runs: numbers of the experiments to simulate, default all.
-        sensors: sensors of the logs, where they are known already.
-
-    Raises:
-        BadInput: when the horizon is not positive, or a delay is as long as an experiment.
-        ValueError: when the logs do not have the states of the system.
-
     Examples:
         >>> import unmodelled as um
         >>> system, logs = um.example("pendulum")
@@ -102,18 +91,7 @@ def free_runs(
 def replayed(
     backend: MakeBackend, system: System, logs: Logs, horizon: float, runs: Sequence[int]
 ) -> tuple[float, dict[str, Off]]:
-    """Compare free runs on another backend, which has its own step, with the measured outputs.
-
-    Args:
-        backend: function that prepares a system and the expressions of its outputs for integration.
-        system: system with the values of its parameters and the laws of its ports.
-        logs: logs prepared for `system`, see `prepare`.
-        horizon: length of the free-run windows, s, rounded to samples.
-        runs: numbers of the experiments to simulate.
-
-    Returns:
-        Gap in standard deviations of the outputs, and errors by name of the output.
-    """
+    """Compare free runs on another backend, which has its own step, with the measured outputs."""
     latest = _latest(system, logs, runs)
     recording = Recording.of(logs, horizon, runs, latest)
     whole = Recording.whole(logs, runs, latest, recording.sensors)
@@ -140,14 +118,7 @@ def _latest(system: System, logs: Logs, runs: Sequence[int]) -> float:
 def _units(
     simulation: Simulation, found: Runs, longest: Recording, whole: Runs
 ) -> tuple[dict[str, Off], list[str]]:
-    """Return errors in units of the outputs, at the ends of windows and over whole runs, and notes.
-
-    Args:
-        simulation: system and windows.
-        found: free runs of the windows.
-        longest: every experiment as one window.
-        whole: free runs of whole experiments.
-    """
+    """Return errors in units of the outputs, at the ends of windows and over whole runs, and notes."""
     recording = simulation.recording
     scale, owner = recording.scale, longest.owner
     near, far = found.errors(scale), whole.errors(scale)
@@ -213,12 +184,7 @@ def _about_persistence(value: float, without_model: float) -> list[str]:
 def _in_rows(system: System, recording: Recording, steps: int, found: Runs, error: Array) -> FreeRun:
     """Return simulated outputs beside the samples that show them.
 
-    Args:
-        system: simulated system.
-        recording: windows.
-        steps: number of samples of a full window.
-        found: free runs of the windows.
-        error: errors, shape (windows, most steps, outputs), in standard deviations of the outputs.
+    Takes error (windows, most steps, outputs) in standard deviations of the outputs.
     """
     logs, some = recording.logs, recording.counted
     simulated = found.measured[:, 0] + error * recording.scale

@@ -49,20 +49,11 @@ class Hypothesis:
 
     @classmethod
     def known(cls, study: Study) -> Hypothesis:
-        """Return the known physics without effects.
-
-        Args:
-            study: inputs of the diagnosis.
-        """
+        """Return the known physics without effects."""
         return cls(study, study.system)
 
     def plus(self, effect: Effect, place: Place) -> Hypothesis:
-        """Return the hypothesis with one effect more.
-
-        Args:
-            effect: effect of the library.
-            place: place of the effect.
-        """
+        """Return the hypothesis with one effect more."""
         key = effect.family, effect.variant, place
         if key not in self._larger:
             added = effect.add(self.system, place, self.study.scales)
@@ -72,11 +63,7 @@ class Hypothesis:
         return self._larger[key]
 
     def without(self, gone: Added) -> Hypothesis:
-        """Return the hypothesis without one of its effects.
-
-        Args:
-            gone: effect of the hypothesis.
-        """
+        """Return the hypothesis without one of its effects."""
         found = Hypothesis.known(self.study)
         for added, law in zip(self.effects, self.laws, strict=True):
             if added is not gone:
@@ -171,11 +158,7 @@ class Hypothesis:
         return self.system.with_values({name: 1.0 for e in self.effects for name in e.shares})
 
     def simulation(self, recording: Recording) -> Simulation:
-        """Return the simulation of the hypothesis.
-
-        Args:
-            recording: windows to simulate.
-        """
+        """Return the simulation of the hypothesis."""
         return self._simulation.over(recording)
 
     @cached_property
@@ -233,16 +216,7 @@ class FittedHypothesis:
         substeps: int | None = None,
         share: float = CONVERGED_SHARE,
     ) -> FittedHypothesis:
-        """Fit a hypothesis to a recording, see `fit_parameters`.
-
-        Args:
-            hypothesis: the known physics with effects.
-            recording: windows to fit.
-            starts: initial values; of several, the best one is continued.
-            iterations: largest number of iterations, default 30.
-            substeps: integration steps per sample, default as many as the first of `starts` needs.
-            share: share of the loss by which an iteration must lower it, default 1e-5.
-        """
+        """Fit a hypothesis to a recording, see `fit_parameters`."""
         simulation = hypothesis.simulation(recording)
         found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, share)
         return cls(hypothesis, recording, found)
@@ -253,12 +227,7 @@ class FittedHypothesis:
         return any(effect.per_experiment for effect in self.hypothesis.effects)
 
     def at_bound(self, name: str) -> bool:
-        """Return whether a fitted number ended at one of its bounds.
-
-        Args:
-            name: name of the number. One that was not fitted or that differs between experiments is at no
-                bound.
-        """
+        """Return whether a fitted number ended at one of its bounds."""
         unknown = {u.name: u for u in self.hypothesis.unknowns}.get(name)
         if unknown is None or unknown.own:
             return False
@@ -273,23 +242,14 @@ class FittedHypothesis:
     def vector(self, unknowns: Unknowns) -> Array:
         """Return the fitted values as a vector.
 
-        Args:
-            unknowns: unknowns of the same hypothesis over some windows.
-
-        Returns:
-            Vector, shape (entries,).
+        Gives (entries,).
         """
         return unknowns.vector(self.fit.every)
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
         """Return corrections of the initial states and their noise.
 
-        Args:
-            recording: some of the windows of the fit.
-
-        Returns:
-            Corrections in standard deviations of the noise, and these standard deviations, SI; both have the
-            shape (windows, measured states).
+        Gives (windows, measured states).
         """
         order = np.argsort(self.recording.start)
         rows = order[np.searchsorted(self.recording.start[order], recording.start)]

@@ -21,15 +21,6 @@ def interval(
 
     It covers chance from part to part, and what the number is in fits with other laws that predict left-out
     parts as well: which laws act changes most numbers by more than chance does.
-
-    Args:
-        prediction: left-out predictions of a fitted hypothesis.
-        name: name of an unknown that all experiments share.
-        level: probability of the two-sided interval.
-        alike: left-out predictions of hypotheses that predict as well, default none.
-
-    Returns:
-        Lower and upper end, SI, of all these fits together.
     """
     names = [_same(name, prediction, other) for other in alike]
     others = [_jackknife(one, own, level) for one, own in zip(alike, names, strict=True) if own is not None]
@@ -57,12 +48,7 @@ def _jackknife(prediction: LeftOut, name: str, level: float) -> tuple[float, flo
 def covariance(prediction: LeftOut, names: Sequence[str]) -> Array:
     """Return the covariance of shared numbers: jackknife, and chance of the experiments' own numbers.
 
-    Args:
-        prediction: left-out predictions of a fitted hypothesis.
-        names: names of unknowns that all experiments share.
-
-    Returns:
-        Covariance, shape (names, names), SI.
+    Gives (names, names) in SI.
     """
     unknowns = prediction.fitted.unknowns
     known = [u.name for u in unknowns.each]

@@ -22,33 +22,18 @@ from unmodelled.systems.model import Constant, System
 
 
 def known_model(study: Study) -> JudgedModel:
-    """Return the system as given, with its gap on the held-out experiments.
-
-    Args:
-        study: inputs of the diagnosis.
-    """
+    """Return the system as given, with its gap on the held-out experiments."""
     return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
 
 
 def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
-    """Return a hypothesis as a system with its fitted numbers, and its gap on the held-out experiments.
-
-    Args:
-        label: name of the model.
-        fitted: fitted hypothesis.
-    """
+    """Return a hypothesis as a system with its fitted numbers, and its gap on the held-out experiments."""
     system, logs = _numbered(fitted)
     return JudgedModel(label, system, logs, held_out_gap(system, logs, fitted.hypothesis.study))
 
 
 def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
-    """Return the gap of `system` on the held-out experiments of `study`.
-
-    Args:
-        system: system with its numbers.
-        logs: logs of all experiments, with the states and constants of `system`.
-        study: inputs of the diagnosis.
-    """
+    """Return the gap of `system` on the held-out experiments of `study`."""
     return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
 
 
@@ -56,9 +41,6 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
     """Return the numbers that every experiment has for itself, by name and id, SI.
 
     Those of held-out experiments are fitted to the first half of these experiments, see `with_own_numbers`.
-
-    Args:
-        fitted: fitted hypothesis.
     """
     if not fitted.fit.own:
         return {}
@@ -89,12 +71,7 @@ def _own_number(unknown: Unknown, system: System, values: Mapping[str, float]) -
 
 
 def with_fitted(hypothesis: Hypothesis, values: Mapping[str, float]) -> System:
-    """Return the system of a hypothesis with given numbers, delays and the timing of its inputs.
-
-    Args:
-        hypothesis: the known physics with effects.
-        values: values by name of the unknown, SI; the timing of every input must be among them.
-    """
+    """Return the system of a hypothesis with given numbers, delays and the timing of its inputs."""
     system = with_numbers(hypothesis.full, hypothesis.effects, values)
     late = {u: values[name] for name, u in hypothesis.timing.items()}
     inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)

@@ -57,14 +57,7 @@ class LeftOut:
     def of(cls, fitted: FittedHypothesis, part: Indices | None = None) -> LeftOut:
         """Leave out one part after the other.
 
-        Args:
-            fitted: fitted hypothesis.
-            part: number of the part of every window, shape (windows,), default `parts` of the recording; of
-                these, one that alone determines an amplitude is left out block by block. An experiment with
-                numbers of its own is left out by halves.
-
-        Returns:
-            Predictions of all parts.
+        Takes part (windows,).
         """
         recording, fit, unknowns = fitted.recording, fitted.fit, fitted.unknowns
         if part is None and fitted.is_own:
@@ -95,11 +88,7 @@ class LeftOut:
     def score(self, runs: Sequence[int] | None = None) -> Array:
         """Return the mean over outputs of `scores`.
 
-        Args:
-            runs: numbers of the experiments that count, default all.
-
-        Returns:
-            Scores, shape (parts,), nats.
+        Gives (parts,) in nats.
         """
         return np.asarray(self.scores(runs).mean(1))
 
@@ -109,11 +98,7 @@ class LeftOut:
         The parts are those of `parts` for the given experiments, however the windows were left out: scores of
         hypotheses that were fitted to the same windows can be compared part by part.
 
-        Args:
-            runs: numbers of the experiments that count, default all.
-
-        Returns:
-            Scores, shape (parts, outputs), nats; the lower, the better the prediction.
+        Gives (parts, outputs) in nats.
         """
         squares, samples = self._blocks
         if runs is not None:
@@ -138,27 +123,14 @@ class LeftOut:
 
 
 def divided(experiments: int, fewest: int = FEWEST_PARTS) -> int:
-    """Return the number of parts of every experiment: 1, 2, 3 or 6.
-
-    Args:
-        experiments: number of experiments.
-        fewest: smallest number of parts of all experiments.
-
-    Returns:
-        Smallest divisor of the number of blocks that gives so many parts, at most all blocks.
-    """
+    """Return the number of parts of every experiment: 1, 2, 3 or 6."""
     return next((d for d in (1, 2, 3) if d * experiments >= fewest), FEWEST_PARTS)
 
 
 def blocks(recording: Recording) -> Indices:
     """Return the block of every window: each experiment has `FEWEST_PARTS` contiguous ones.
 
-    Args:
-        recording: windows of the experiments.
-
-    Returns:
-        Numbers, shape (windows,), of the blocks, those of an experiment one after the other; an experiment of
-        few windows has empty blocks.
+    Gives (windows,).
     """
     found = np.empty(len(recording.start), np.int64)
     for k, run in enumerate(np.unique(recording.owner)):
@@ -171,12 +143,7 @@ def blocks(recording: Recording) -> Indices:
 def parts(recording: Recording, fewest: int = FEWEST_PARTS) -> Indices:
     """Return the part of every window: its experiment, or some blocks of it if experiments are few.
 
-    Args:
-        recording: windows of the experiments.
-        fewest: smallest number of parts.
-
-    Returns:
-        Numbers of the parts, shape (windows,), from 0 on.
+    Gives (windows,).
     """
     width = FEWEST_PARTS // divided(len(np.unique(recording.owner)), fewest)
     return _numbered(blocks(recording) // width)

@@ -41,13 +41,9 @@ class NormalEquations:
     ) -> NormalEquations:
         """Return the products of residuals and derivatives.
 
-        Args:
-            r: residuals, shape (windows, samples, outputs).
-            slopes: derivatives, shape (windows, unknowns + states, samples, outputs).
-            weights: weights, shape (windows, samples, outputs), of squared residuals.
-            moved: corrections, shape (windows, states), of the initial states, in units of their noise.
-            entry: entry, shape (windows, unknowns), of an unknown in the vector.
-            precision: inverse variance, shape (size,), of the vector's prior.
+        Takes r (windows, samples, outputs), slopes (windows, unknowns + states, samples, outputs), weights
+        (windows, samples, outputs), moved (windows, states) in units of their noise, entry (windows,
+        unknowns), precision (size,).
         """
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
@@ -61,13 +57,7 @@ class NormalEquations:
     def reduced(self, damping: float = 0.0) -> tuple[Array, Array, Array]:
         """Eliminate the initial states.
 
-        Args:
-            damping: relative damping of the initial states, default 0.
-
-        Returns:
-            Curvature, shape (windows, unknowns, unknowns), gradient, shape (windows, unknowns), and
-            derivatives, shape (windows, states, unknowns + 1), of the initial states by the unknowns, their
-            own step last.
+        Gives (windows, unknowns, unknowns) and (windows, unknowns) and (windows, states, unknowns + 1).
         """
         n = self.entry.shape[1]
         inner = self.gram[:, n:-1, n:-1]
@@ -80,12 +70,8 @@ class NormalEquations:
     def summed(self, curvature: Array, gradient: Array) -> tuple[Array, Array]:
         """Sum curvature and gradient over the windows.
 
-        Args:
-            curvature: curvature of every window, shape (windows, unknowns, unknowns).
-            gradient: gradient of every window, shape (windows, unknowns).
-
-        Returns:
-            Curvature, shape (size, size), and gradient, shape (size,), of the vector, without its prior.
+        Takes curvature (windows, unknowns, unknowns), gradient (windows, unknowns); gives (size, size) and
+        (size,).
         """
         size, entry = len(self.precision), self.entry
         pairs = entry[:, :, None] * size + entry[:, None, :]
@@ -96,13 +82,7 @@ class NormalEquations:
     def step(self, damping: float, z: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
         """Return the vector after a damped step within its bounds, and steps of the initial states.
 
-        Args:
-            damping: relative damping of all unknowns.
-            z: vector, shape (size,), before the step.
-            bounds: lowest and highest values of the vector, shape (size,).
-
-        Returns:
-            Vector, shape (size,), and steps, shape (windows, states).
+        Takes z (size,), bounds (size,); gives (size,) and (windows, states).
         """
         curvature, gradient, follow = self.reduced(damping)
         H, g = self.summed(curvature, gradient)
@@ -132,8 +112,7 @@ class NormalEquations:
         It comes from the scatter of the windows' gradients (sandwich estimator): errors of one window depend
         on each other, those of two windows do not.
 
-        Returns:
-            Covariance, shape (size, size).
+        Gives (size, size).
         """
         curvature, gradient, _ = self.reduced()
         H = self.summed(curvature, gradient)[0] + np.diag(self.precision)

@@ -36,15 +36,7 @@ def with_own_numbers(
     every other one is fitted to the first half of the experiment, with all other numbers fixed: nothing else
     determines it, and the second half stays unseen. The numbers of the listed experiments are its prior.
 
-    Args:
-        system: system with the values of its parameters and the laws of its ports.
-        logs: logs prepared for `system`, see `prepare`.
-        horizon: length of the free-run windows, s.
-        runs: numbers of the experiments, default all.
-        sensors: sensors of the logs, where they are known already.
-
-    Returns:
-        Logs prepared for `system`, with a note where numbers were fitted.
+    Takes horizon in s.
     """
     constants = [c for c in system.operating_point if c.identify]
     every = range(len(logs)) if runs is None else runs

@@ -49,26 +49,16 @@ class Errors:
         An error beyond `largest`, or of a simulation that diverged, is cut there; after the end of a window
         errors are zero.
 
-        Args:
-            z: vectors, shape (sets, entries), in units of `Unknowns.scale`.
-            moved: corrections of the initial states, shape (windows, sets, measured states), in units of
-                `sigma`.
-
-        Returns:
-            Errors, shape (windows, sets, most steps, outputs).
+        Takes z (sets, entries), moved (windows, sets, measured states); gives (windows, sets, most steps,
+        outputs).
         """
         return self.of_numbers(self.unknowns.numbers(z), moved)
 
     def of_numbers(self, numbers: Array, moved: Array) -> Array:
         """Return the errors of parameter sets, cut at `largest`; after the end of a window they are zero.
 
-        Args:
-            numbers: parameter sets, shape (experiments, sets, numbers), SI.
-            moved: corrections of the initial states, shape (windows, sets, measured states), in units of
-                `sigma`.
-
-        Returns:
-            Errors, shape (windows, sets, most steps, outputs), in standard deviations of the sensor noise.
+        Takes numbers (experiments, sets, numbers) in SI, moved (windows, sets, measured states); gives
+        (windows, sets, most steps, outputs).
         """
         recording = self.simulation.recording
         runs = self.simulation(numbers, moved * self.sigma[:, None], self.substeps)
@@ -79,13 +69,8 @@ class Errors:
     def around(self, z: Array, moved: Array) -> tuple[Array, Array]:
         """Return a point and its neighbours in every direction: one for each unknown and initial state.
 
-        Args:
-            z: vector, shape (entries,).
-            moved: corrections, shape (windows, measured states), of the initial states.
-
-        Returns:
-            Vectors, shape (points, entries), and corrections, shape (windows, points, measured states),
-            where points are 1 + unknowns + measured states.
+        Takes z (entries,), moved (windows, measured states); gives (points, entries) and (windows, points,
+        measured states).
         """
         unknowns, states = self.unknowns, moved.shape[1]
         count = len(unknowns.each)
@@ -98,13 +83,7 @@ class Errors:
     def slopes(self, z: Array, r: Array) -> Array:
         """Return the derivatives of the errors by unknowns and initial states.
 
-        Args:
-            z: vector, shape (entries,).
-            r: errors at the points of `around`; the derivative of an error that was cut is zero. Its shape is
-                (windows, points, most steps, outputs).
-
-        Returns:
-            Derivatives, shape (windows, unknowns + measured states, most steps, outputs).
+        Takes z (entries,); gives (windows, unknowns + measured states, most steps, outputs).
         """
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
@@ -118,12 +97,8 @@ class Errors:
 def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
     """Estimate the robust standard deviation of residuals, at least that of the noise.
 
-    Args:
-        r: residuals, shape (windows, most steps, outputs), in standard deviations of the noise.
-        counted: mask, shape (windows, most steps), of predicted samples.
-
-    Returns:
-        Standard deviation, shape (outputs,), in that of the noise.
+    Takes r (windows, most steps, outputs) in standard deviations of the noise, counted (windows, most steps);
+    gives (outputs,).
     """
     return np.maximum(1.4826 * np.median(np.abs(r[counted]), axis=0), 1.0)
 
@@ -131,12 +106,7 @@ def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
 def weights(r: Array, scale: Array) -> Array:
     """Return the weights of squared residuals by Huber's loss.
 
-    Args:
-        r: residuals, shape (..., outputs).
-        scale: robust standard deviation, shape (outputs,), of the residuals.
-
-    Returns:
-        Weights, shape (..., outputs).
+    Takes r (..., outputs), scale (outputs,); gives (..., outputs).
     """
     size = np.abs(r) / scale
     return np.where(size <= TUNING, 1.0, TUNING / np.maximum(size, TUNING)) / scale**2
@@ -145,12 +115,7 @@ def weights(r: Array, scale: Array) -> Array:
 def loss(r: Array, scale: Array) -> Array:
     """Return Huber's loss of residuals.
 
-    Args:
-        r: residuals, shape (windows, sets, most steps, outputs).
-        scale: robust standard deviation, shape (outputs,), of the residuals.
-
-    Returns:
-        Loss, shape (sets,).
+    Takes r (windows, sets, most steps, outputs), scale (outputs,); gives (sets,).
     """
     size = np.abs(r) / scale
     each = np.where(size <= TUNING, 0.5 * size**2, TUNING * (size - 0.5 * TUNING))

@@ -53,11 +53,7 @@ class Runs:
     def errors(self, scale: Array) -> Array:
         """Return the errors of the first set; not finite where it diverged.
 
-        Args:
-            scale: unit of the errors, shape (outputs,), such as `Recording.scale`.
-
-        Returns:
-            Errors, shape (windows, most steps, outputs).
+        Takes scale (outputs,); gives (windows, most steps, outputs).
         """
         with np.errstate(all="ignore"):
             return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)

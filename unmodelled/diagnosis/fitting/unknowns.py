@@ -47,11 +47,7 @@ class Unknown:
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
-        """Return the unknown of a parameter, within its limits.
-
-        Args:
-            parameter: parameter of a system.
-        """
+        """Return the unknown of a parameter, within its limits."""
         low, high = parameter.limits
         width = high - low if np.isfinite(high - low) else 1.0
         own = parameter.per_experiment
@@ -60,10 +56,7 @@ class Unknown:
     def bound(self, value: float, share: float) -> float | None:
         """Return the bound that a value has reached, None where it is within the bounds.
 
-        Args:
-            value: value, SI.
-            share: distance up to which a bound counts as reached, as a share of the bound or of the plausible
-                size, and at most of the width.
+        Takes value in SI.
 
         Examples:
             >>> Unknown("b", 0.0, 0.1, 0.03).bound(1e-9, 1e-3), Unknown("b", 0.0, 0.1, 0.03).bound(0.02, 1e-3)
@@ -127,12 +120,7 @@ class Unknowns:
     def vector(self, start: Start) -> Array:
         """Return the vector of given values, within the bounds.
 
-        Args:
-            start: values by name, or by name and id of the experiment, SI; those of the system where a name
-                is missing.
-
-        Returns:
-            Vector, shape (entries,).
+        Gives (entries,).
         """
         given = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True))
         known: Start = {**given, **start}
@@ -150,22 +138,14 @@ class Unknowns:
     def values(self, z: Array) -> Array:
         """Return the values of vectors, SI.
 
-        Args:
-            z: vectors, shape (..., entries).
-
-        Returns:
-            Values, shape (..., entries).
+        Takes z (..., entries); gives (..., entries).
         """
         return z * self.scale + self.middle
 
     def numbers(self, z: Array) -> Array:
         """Return the parameter sets of vectors.
 
-        Args:
-            z: vectors, shape (sets, entries).
-
-        Returns:
-            Parameter sets, shape (experiments, sets, numbers).
+        Takes z (sets, entries); gives (experiments, sets, numbers).
         """
         recording = self.simulation.recording
         values = np.tile(self.simulation.values, (len(recording.logs), len(z), 1))

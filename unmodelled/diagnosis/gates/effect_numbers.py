@@ -34,14 +34,7 @@ _PASSIVE = {
 
 
 def impossible_numbers(diagnosis: Diagnosis) -> str:
-    """Return what is impossible about the numbers of an augmented model.
-
-    Args:
-        diagnosis: diagnosis with an augmented model.
-
-    Returns:
-        The first impossible number as a clause; empty if all are possible.
-    """
+    """Return what is impossible about the numbers of an augmented model."""
     along = _Along(diagnosis.augmented)
     faults = (
         *(_beyond(p) for p in diagnosis.augmented.system.parameters),

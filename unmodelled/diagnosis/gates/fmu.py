@@ -25,10 +25,6 @@ def reason_against_fmu(system: System, file: Path) -> str:
 
     Its model description has the inputs, outputs and parameters of the system with their values. Where FMPy
     is installed, a short run without inputs gives the outputs of the system.
-
-    Args:
-        system: system of the FMU.
-        file: FMU.
     """
     return impossible_parameters(system) or _described(system, file) or _run(system, file)
 

@@ -29,9 +29,5 @@ class Refusal:
 
 
 def given_file(diagnosis: Diagnosis) -> str:
-    """Return the name of the system file that was diagnosed.
-
-    Args:
-        diagnosis: diagnosis of any system.
-    """
+    """Return the name of the system file that was diagnosed."""
     return Path(diagnosis.system.source).name if diagnosis.system.source else "the system as given"

@@ -19,20 +19,7 @@ from unmodelled.systems.robot.numbers import numbers
 
 
 def reason_against_numbers(robot: Robot, text: str, name: str, supplement: Supplement) -> str:
-    """Return why a patched robot file cannot be read back, or which of its numbers is impossible.
-
-    Args:
-        robot: robot as given.
-        text: content of the patched file.
-        name: name of the file.
-        supplement: numbers and forces beside the file.
-
-    Returns:
-        Reason, empty if there is none.
-
-    Raises:
-        ModuleNotFoundError: if MuJoCo is not installed.
-    """
+    """Return why a patched robot file cannot be read back, or which of its numbers is impossible."""
     try:
         wanted = numbers(compiled(text, name))
         with TemporaryDirectory() as folder:
@@ -49,14 +36,7 @@ def reason_against_runs(
 ) -> str:
     """Return why the free runs of a patched robot file are no improvement.
 
-    Args:
-        diagnosis: diagnosis of a system with a robot.
-        gaps: gap of the given and of the patched file, in standard deviations of the outputs.
-        before: errors of the given file on the held-out experiments, by name of the output.
-        after: errors of the patched file.
-
-    Returns:
-        Reason, empty if they are one.
+    Takes gaps in standard deviations of the outputs.
     """
     old, new = gaps
     if not new < old:

@@ -26,26 +26,14 @@ _ROUNDING = 1e-6
 
 
 def impossible_robot(robot: Robot, wanted: Mapping[Key, float]) -> str:
-    """Return what is impossible about the changed numbers of a robot.
-
-    Args:
-        robot: robot as given.
-        wanted: all its numbers, of which some were changed.
-
-    Returns:
-        The first impossible number as a clause with its value and unit; empty if all are possible.
-    """
+    """Return what is impossible about the changed numbers of a robot."""
     given = numbers(robot)
     changed = differing(wanted, {key: given[key] for key in wanted})
     return next(_faults(robot, given, wanted, changed), "")
 
 
 def impossible_parameters(system: System) -> str:
-    """Return what is impossible about the parameters of a system that are numbers of its robot file.
-
-    Args:
-        system: system with its numbers, with or without a robot.
-    """
+    """Return what is impossible about the parameters of a system that are numbers of its robot file."""
     if system.robot is None:
         return ""
     efforts = Efforts(system, compiled(system.robot.text, system.robot.file))
@@ -56,9 +44,7 @@ def impossible_parameters(system: System) -> str:
 def of_parameters(efforts: Efforts, values: Mapping[str, float]) -> dict[Key, float]:
     """Return all numbers of a robot, with the values of the parameters that stand for some of them.
 
-    Args:
-        efforts: efforts on the joints of the robot.
-        values: values of the parameters by name, SI.
+    Takes values in SI.
     """
     wanted = numbers(efforts.robot)
     for p in properties(efforts.robot, efforts.tree):

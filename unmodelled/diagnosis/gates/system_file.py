@@ -22,13 +22,6 @@ def reason_against_system(diagnosis: Diagnosis, file: Path) -> tuple[str, Sequen
     The file is read back, works on new logs, has possible numbers, and predicts the held-out experiments from
     their start to their end no worse than the given system, in every output. Where experiments have numbers
     of their own, only the part counts to which these were not fitted.
-
-    Args:
-        diagnosis: diagnosis with an augmented model.
-        file: system file of the augmented model.
-
-    Returns:
-        Reason, empty if the file may leave, and notes on whole experiments.
     """
     try:
         system = read_system(file)

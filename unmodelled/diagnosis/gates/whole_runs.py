@@ -44,14 +44,7 @@ class WholeRuns:
 
     @classmethod
     def of(cls, system: System, logs: Logs, substeps: int, runs: Sequence[int] | None = None) -> WholeRuns:
-        """Simulate whole experiments.
-
-        Args:
-            system: system with its numbers.
-            logs: logs prepared for `system`.
-            substeps: integration steps per sample.
-            runs: numbers of the experiments, default all.
-        """
+        """Simulate whole experiments."""
         latest = max((output.delay for output in system.outputs), default=0.0)
         recording = Recording.whole(logs, runs, latest)
         simulation = Simulation(system, recording)
@@ -59,13 +52,7 @@ class WholeRuns:
         return cls(system, recording, found.errors(recording.scale))
 
     def errors(self, runs: Sequence[int], since: float = 0.0) -> dict[str, float | None]:
-        """Return the root mean square errors over the samples of some experiments.
-
-        Args:
-            runs: numbers of the experiments, of those that were simulated.
-            since: share of every experiment that does not count, because numbers were fitted to it; default
-                0.
-        """
+        """Return the root mean square errors over the samples of some experiments."""
         mine = np.isin(self.recording.owner, runs)
         unseen = np.arange(self.off.shape[1]) >= since * self.recording.steps[:, None]
         off = self.off[mine][(self.recording.counted & unseen)[mine]]
@@ -76,12 +63,7 @@ class WholeRuns:
         return found
 
     def divergence(self, file: str, held_out: Sequence[int]) -> Iterator[str]:
-        """Yield a note on experiments in which an output is lost, with the time from which on.
-
-        Args:
-            file: name of the simulated file.
-            held_out: numbers of the held-out experiments.
-        """
+        """Yield a note on experiments in which an output is lost, with the time from which on."""
         recording, logs = self.recording, self.recording.logs
         lost = (~(np.abs(self.off) <= LARGEST_ERROR)).any(axis=2) & recording.counted
         until = dict(zip(recording.owner.tolist(), logs.period * (1.0 + lost.argmax(axis=1)), strict=True))
@@ -104,15 +86,6 @@ def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[st
     An error beyond `LARGEST_ERROR` standard deviations counts as this, as in the gap: where the given file
     fails too, as on an unstable machine, nothing is compared. A difference within the noise of the sensor is
     none.
-
-    Args:
-        before: errors of the given file.
-        after: errors of the other file, on the same experiments.
-        recording: experiments, with the scale and the noise of every output.
-        units: unit of every output by its name.
-
-    Returns:
-        The output that is the most times worse, as a clause with both errors; empty if none is worse.
     """
     logs, largest = recording.logs, LARGEST_ERROR * recording.scale
     times: dict[str, float] = {}

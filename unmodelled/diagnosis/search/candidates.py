@@ -109,13 +109,6 @@ class Candidates:
 
         Where experiments do not tell a difference from chance because they are too few, such as those of an
         end stop that one motion reaches, or of an effect at one level of a factor, their blocks are compared.
-
-        Args:
-            before: number of the first candidate.
-            after: number of the second candidate; a positive mean says that it predicts better.
-
-        Returns:
-            Comparison by experiments, or by blocks of the few experiments.
         """
         if (before, after) not in self._compared:
             found = Comparison.of(self.scores[before] - self.scores[after])
@@ -128,13 +121,7 @@ class Candidates:
         return self._compared[before, after]
 
     def beats(self, one: int, other: int, *, priced: bool = True) -> bool:
-        """Return whether a candidate predicts better by more than chance and by a material amount.
-
-        Args:
-            one: number of the candidate that may be better.
-            other: number of the other candidate.
-            priced: whether complexity has its price, as in `is_material`.
-        """
+        """Return whether a candidate predicts better by more than chance and by a material amount."""
         material = self.is_material(one, other, priced=priced)
         return material and self.gain(other, one).is_significant(self.thresholds.level)
 
@@ -148,14 +135,6 @@ class Candidates:
         beside a larger effect. Numbers of single experiments, which absorb any structure, must remove more
         of what is left. Errors below `negligible_error` matter to no one: a sensor of little noise
         shows more than any model needs to predict.
-
-        Args:
-            one: number of the candidate that may be better.
-            other: number of the other candidate.
-            priced: whether complexity has its price; it has none for a network, which is not named.
-
-        Returns:
-            Whether the first candidate is better for at least one output.
         """
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
@@ -239,39 +218,23 @@ class Candidates:
         return next(k for k in front if not any(self.beats(other, k) for other in best))
 
     def promising(self, steps: int) -> list[int]:
-        """Return the numbers of the candidates with so many effects, those of the lowest cost first.
-
-        Args:
-            steps: number of effects, as in `steps`.
-        """
+        """Return the numbers of the candidates with so many effects, those of the lowest cost first."""
         return sorted(np.flatnonzero(self.steps == steps).tolist(), key=lambda k: float(self.costs[k]))
 
     def alike(self, named: int, other: int) -> bool:
         """Return whether the data do not speak against a candidate in place of the named one.
 
         A more complex candidate, such as one that contains the named law, is no other explanation.
-
-        Args:
-            named: number of the named candidate.
-            other: number of the other candidate.
         """
         simple = self._more_complex(other, named) < ONE_NUMBER
         return simple and not self.beats(named, other, priced=False)
 
     def leaves_little(self, candidate: int) -> bool:
-        """Return whether the error above the noise that a candidate leaves is negligible in all outputs.
-
-        Args:
-            candidate: number of the candidate.
-        """
+        """Return whether the error above the noise that a candidate leaves is negligible in all outputs."""
         return bool(np.all(self._noise * self._above[candidate] < self.thresholds.negligible_error))
 
     def as_good(self, named: int) -> list[int]:
-        """Return the other candidates than which the named one is not materially better.
-
-        Args:
-            named: number of a candidate.
-        """
+        """Return the other candidates than which the named one is not materially better."""
         others = (k for k in range(len(self.predictions)) if k != named)
         return [k for k in others if not self.is_material(named, k, priced=False)]
 
@@ -289,15 +252,7 @@ class Candidates:
 
 
 def exchanged(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
-    """Return the one effect that another candidate exchanges.
-
-    Args:
-        own: effects of a candidate.
-        others: effects of the other candidate.
-
-    Returns:
-        Number of the exchanged effect in `own`, and the effect in its place; None where more differ.
-    """
+    """Return the one effect that another candidate exchanges."""
     mine, theirs = ({e.key: e for e in es} for es in (own, others))
     gone, new = mine.keys() - theirs.keys(), theirs.keys() - mine.keys()
     if len(own) != len(others) or len(gone) != 1:

@@ -73,14 +73,7 @@ class DiscoveredLaw(PortEffect):
 
     @classmethod
     def named(cls, variant: str) -> DiscoveredLaw:
-        """Return the law with a variant, as an answer names it.
-
-        Args:
-            variant: terms with " + " between them.
-
-        Raises:
-            KeyError: when there is no such term.
-        """
+        """Return the law with a variant, as an answer names it."""
         return cls([_TERMS[text] for text in variant.split(" + ")])
 
     def law(self, at: Site) -> Law:
@@ -100,10 +93,6 @@ def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple
 
     Of every port there are the best formulas of one, two and three terms, and all parts of the last one. A
     formula that is a law of the library is this law.
-
-    Args:
-        parent: fitted hypothesis that the law is added to.
-        recording: some of the windows that it was fitted to.
     """
     columns, system = Columns(Path.of(parent, recording)), parent.hypothesis.study.system
     for port in system.ports:

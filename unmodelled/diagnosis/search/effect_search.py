@@ -309,12 +309,7 @@ class EffectSearch:
             fitted = self.without(fitted, next(e for e in fitted.hypothesis.effects if e.key == key))
 
     def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
-        """Return the fit of a hypothesis without one of its effects.
-
-        Args:
-            fitted: fitted hypothesis.
-            gone: effect to remove.
-        """
+        """Return the fit of a hypothesis without one of its effects."""
         key = fitted.hypothesis.key - {gone.key}
         if key not in self.found:
             self._keep(self._fit_without(fitted, gone))
@@ -328,9 +323,6 @@ class EffectSearch:
 
         Beside laws of the library they are not tried: every model of a real machine leaves errors that a
         formula chosen among many lowers.
-
-        Returns:
-            Whether a law of the library is named now that was not before.
         """
         candidates, before = self.candidates, self._named().hypothesis.key
         if self.written or candidates.leaves_little(candidates.named()):
@@ -345,15 +337,7 @@ class EffectSearch:
         return named.key != before and all(e.family != DISCOVERED for e in named.effects)
 
     def beside_network(self, named: FittedHypothesis) -> tuple[FittedHypothesis, Candidates]:
-        """Fit a network in every port of the known physics, and of a named hypothesis.
-
-        Args:
-            named: fitted hypothesis.
-
-        Returns:
-            The known physics with networks; the known physics, the named hypothesis, and this with networks,
-            compared over few windows.
-        """
+        """Fit a network in every port of the known physics, and of a named hypothesis."""
         fits = {f.hypothesis.key: f for f in (self.base, named)}
         for f in fits.values():
             self.progress(f"fit a network in every port on top of {f.hypothesis}")

@@ -17,14 +17,6 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
     sample, such as the current of a motor, tell the difference, and effects would stand in for it. Inputs are
     held only if the known physics then predicts left-out experiments better, and no input acts at the end of
     its time frame: an input that is held acts half a sample later, which gains where a latency is missing.
-
-    Args:
-        study: inputs of the diagnosis.
-        workers: number of threads.
-        progress: function that is called with a line of text at each step.
-
-    Returns:
-        Search whose known physics is fitted; the inputs of its system have the chosen course.
     """
     straight = EffectSearch(study, workers, progress)
     inputs = tuple(replace(item, hold=True) for item in study.system.inputs)

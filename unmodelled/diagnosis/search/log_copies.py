@@ -58,10 +58,6 @@ def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Cop
 
     A second sensor does not have the noise of the first one, so that the filtered noise remains in the
     residual. Of two outputs that predict each other, the later one is the copy.
-
-    Args:
-        logs: logs of all experiments.
-        thresholds: thresholds of a diagnosis, of which `copied_noise` is used.
     """
     found: dict[int, Copy] = {}
     with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other
@@ -130,12 +126,7 @@ def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int,
 
 
 def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
-    """Yield a fault for every copy; it decides nothing.
-
-    Args:
-        logs: logs of all experiments.
-        found: computed outputs.
-    """
+    """Yield a fault for every copy; it decides nothing."""
     for copy in found:
         name, of = logs.outputs[copy.target], logs.outputs[copy.source]
         yield LogFault(
@@ -147,13 +138,7 @@ def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
 
 
 def command_notes(logs: Logs, found: Mapping[int, int], alone: bool) -> Iterator[LogFault]:
-    """Yield a fault for every output that is an input; it decides where no other output is left.
-
-    Args:
-        logs: logs of all experiments.
-        found: numbers of the inputs, by the number of the output.
-        alone: whether there are no other outputs.
-    """
+    """Yield a fault for every output that is an input; it decides where no other output is left."""
     rest = "Name the column with the measurement, then diagnose again." if alone else "It was left out."
     for output, command in found.items():
         name, of = logs.outputs[output], logs.inputs[command]

@@ -104,11 +104,7 @@ def without_copies(
     Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor: what
     it shows beyond the output that it is computed from is its filter.
 
-    Args:
-        system: the known physics.
-        logs: logs of all experiments, with the states of `system`.
-        horizon: length of the free-run windows, s.
-        thresholds: thresholds of the decisions.
+    Takes horizon in s.
     """
     found = copies(different(logs), thresholds)
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
@@ -128,15 +124,6 @@ def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
     """Find faults of the logs, and the fault that explains most of the gap if there is one.
-
-    Args:
-        system: the known physics.
-        logs: logs of all experiments, with the states of `system`.
-        horizon: length of the free-run windows, s; a longer one is tried where no fault is found.
-        thresholds: thresholds of the decisions.
-
-    Returns:
-        Copies of experiments and constant inputs, then the fault that explains the gap if there is one.
 
     Examples:
         >>> from dataclasses import replace
@@ -282,8 +269,8 @@ def _good(trials: Trials, suspect: _Suspect) -> bool:
 def _law(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether a law explains as much as a wrong clock.
 
-    It is another inertia, such as that of a rotor, with dry friction if the clock of all experiments is wrong,
-    and stiffening springs if that of some is.
+    It is another inertia, such as that of a rotor, with dry friction if the clock of all experiments is
+    wrong, and stiffening springs if that of some is.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
         return False

@@ -45,13 +45,7 @@ PER_CENT = 0.2
 def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     """Fit the clock of all experiments, then an offset and the clock of one experiment that stands out.
 
-    Args:
-        trials: free runs of the system under corrected logs.
-        steps: number of samples of a window.
-        before: mean square errors of the logs as read, shape (experiments,).
-
-    Yields:
-        Questions with the best correction of each kind.
+    Takes before (experiments,).
     """
     yield _of_time(trials, _factor(trials, steps), np.ones(len(before), np.bool_))
     worst = int(np.argmax(before))
@@ -69,10 +63,7 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     """Yield a question whether runs have the inputs of other runs, where these leave far smaller errors.
 
-    Args:
-        trials: free runs of the system under corrected logs.
-        steps: number of samples of a window.
-        before: mean square errors of the logs as read, shape (experiments,).
+    Takes before (experiments,).
     """
     logs, limits = trials.logs, trials.thresholds
     if not logs.inputs or not 1 < len(logs) <= MOST_RUNS:
@@ -104,9 +95,6 @@ def with_inertia(system: System) -> System:
     """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
 
     A wrong clock has the same effect, except on damping.
-
-    Args:
-        system: the known physics.
     """
     name = "factor_of_all_accelerations"
     free = Parameter(name, "1", 1.0, identify=True, bounds=INERTIA)
@@ -118,21 +106,12 @@ def with_springs(system: System, logs: Logs) -> System:
     """Return the system with a stiffening spring of unknown numbers at every port.
 
     An experiment that moves further than the others then swings faster than they do, as with a fast clock.
-
-    Args:
-        system: the known physics.
-        logs: logs of all experiments, which give the sizes of the numbers.
     """
     return _everywhere(HardeningSpring(), system, logs, -SPRING)
 
 
 def with_friction(system: System, logs: Logs) -> System:
-    """Return the system with a dry friction of unknown size at every port that moves.
-
-    Args:
-        system: the known physics.
-        logs: logs of all experiments, which give the sizes of the numbers.
-    """
+    """Return the system with a dry friction of unknown size at every port that moves."""
     return _everywhere(CoulombFriction(), system, logs, 0.0)
 
 

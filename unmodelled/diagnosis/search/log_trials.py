@@ -68,22 +68,13 @@ class Trials:
         return substeps_needed(simulation, simulation.values[None, None], MOST_SUBSTEPS)[0]
 
     def steps(self, correction: Correction) -> int:
-        """Return the number of samples of a window on the corrected clock.
-
-        Args:
-            correction: correction of the logs.
-        """
+        """Return the number of samples of a window on the corrected clock."""
         return steps_of(self.horizon, correction.logs(self.system, self.logs))
 
     def square(self, correction: Correction, steps: int) -> Array:
         """Return the mean square error of the system as given, over windows and outputs.
 
-        Args:
-            correction: correction of the logs.
-            steps: number of samples of a window.
-
-        Returns:
-            Mean square errors, shape (experiments,).
+        Gives (experiments,).
         """
         simulation = self._simulation(correction, steps)
         return self._error(simulation, correction, simulation.values[None, None])
@@ -93,12 +84,7 @@ class Trials:
 
         A correction that removes inputs and forces has this error on every machine.
 
-        Args:
-            steps: number of samples of a window.
-            every: whether all windows count, default some of them.
-
-        Returns:
-            Mean square errors, shape (experiments,).
+        Gives (experiments,).
         """
         recording = self._recording(self.none, steps, every)
         still, on = (
@@ -110,13 +96,7 @@ class Trials:
     def identified(self, correction: Correction, steps: int, every: bool = False) -> Array:
         """Return the mean square error with the uncertain parameters quickly fitted to all experiments.
 
-        Args:
-            correction: correction of the logs.
-            steps: number of samples of a window.
-            every: whether the errors are those of all windows, default of the fitted ones.
-
-        Returns:
-            Mean square errors, shape (experiments,).
+        Gives (experiments,).
         """
         known = self._uncorrected if correction is self.none else {}
         if steps not in known:

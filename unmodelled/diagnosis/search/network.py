@@ -42,11 +42,6 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
     """Fit a network in every port of a fitted model, beside its effects; a system without ports has none.
 
     Few windows determine its many weights nearly as well as all, in a fraction of the time.
-
-    Args:
-        base: fitted model.
-        recording: some of the windows that it was fitted to.
-        seed: seed of the random hidden layers.
     """
     if not base.hypothesis.system.ports:
         return base
@@ -64,10 +59,6 @@ def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
     The network's inputs are position (and sine and cosine of an angle), velocity and inputs. The hidden layer
     is random and only the output layer is fitted (a random-feature network), so that its fit has no local
     minima and the same seed gives the same network.
-
-    Args:
-        base: hypothesis without networks.
-        seed: seed of the random hidden layers.
     """
     for number, port in enumerate(base.system.ports):
         added = _network(base.system, port, base.study.scales, np.random.default_rng([seed, 1, number]))

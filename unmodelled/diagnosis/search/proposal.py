@@ -34,13 +34,7 @@ class Proposal:
 
     @classmethod
     def of(cls, base: FittedHypothesis, chooser: Chooser, one: Scored) -> Proposal:
-        """Return a scored set with its linear amounts; a law that needs another one comes after it.
-
-        Args:
-            base: fitted hypothesis around which the linear system was solved.
-            chooser: the linear system.
-            one: set of laws.
-        """
+        """Return a scored set with its linear amounts; a law that needs another one comes after it."""
         atoms = [chooser.equations.atoms[a] for a in one.atoms]
         amounts = chooser.folds.amounts(one.atoms)
         # what a law needs of the system, such as the speed at an input, may be gone behind a simpler one

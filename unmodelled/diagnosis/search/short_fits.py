@@ -29,11 +29,7 @@ class ShortFits:
     recording: Recording
 
     def of(self, proposal: Proposal) -> LeftOut:
-        """Return the left-out predictions of a proposal after a short fit.
-
-        Args:
-            proposal: laws on top of a fitted hypothesis.
-        """
+        """Return the left-out predictions of a proposal after a short fit."""
         substeps, larger, starts = proposal.base.fit.substeps, proposal.hypothesis, proposal.starts
         if len(proposal.atoms) > 1:
             # many numbers at once begin with short free runs, as the known physics does
@@ -43,11 +39,7 @@ class ShortFits:
         return LeftOut.of(FittedHypothesis.of(larger, self.recording, starts, ITERATIONS, substeps))
 
     def again(self, fitted: FittedHypothesis) -> LeftOut:
-        """Return the left-out predictions of a hypothesis that is fitted again, like the proposals.
-
-        Args:
-            fitted: fitted hypothesis; one without effects is the known physics.
-        """
+        """Return the left-out predictions of a hypothesis that is fitted again, like the proposals."""
         return self._again(fitted) if fitted.hypothesis.effects else self._without
 
     @cached_property

@@ -58,13 +58,7 @@ class Rule:
 
     @classmethod
     def at(cls, corrections: Corrections, place: int, pinned: bool) -> Rule:
-        """Return the rule at a place.
-
-        Args:
-            corrections: corrections to explain.
-            place: number of the place.
-            pinned: whether the parameters are fixed.
-        """
+        """Return the rule at a place."""
         recording = corrections.recording
         coordinates = corrections.coordinates
         found = coordinates.of(corrections.places[place])
@@ -80,18 +74,13 @@ class Rule:
 
     @classmethod
     def none(cls, corrections: Corrections) -> Rule:
-        """Return a rule without features: other parameters only.
-
-        Args:
-            corrections: corrections to explain.
-        """
+        """Return a rule without features: other parameters only."""
         return cls(corrections, 0, np.empty((len(corrections.recording.start), 0)))
 
     def checked(self, gradient: Array) -> Checked:
         """Return the rule on data that it was not fitted to, with its best prior.
 
-        Args:
-            gradient: gradient that other rules have left, shape (windows, n).
+        Takes gradient (windows, n).
         """
         tried = [self._checked(gradient, prior) for prior in PRIORS]
         return max(tried, key=lambda checked: checked.lowered)
@@ -164,12 +153,6 @@ def unexplained_shares(corrections: Corrections) -> dict[str, float]:
     because the initial state of a window hides an offset. The part that follows no rule is divided among the
     same places as far as there are rules, and else among the ports, in proportion to what free corrections
     explain.
-
-    Args:
-        corrections: corrections of the model.
-
-    Returns:
-        Shares by channel, which sum to one; empty where no error remains.
     """
     whole = float(np.max(_lowered(corrections, corrections.gradient), initial=0.0))
     if whole <= 0.0:

@@ -58,9 +58,6 @@ class Coordinates:
 
         These are position, velocity and acceleration of a port, as far as it has them, or an input or output
         and its rate.
-
-        Args:
-            place: port, input or output.
         """
         if place not in self._found:
             self._found[place] = self._of_port(place) if place.kind == "port" else self._of_signal(place)
@@ -75,11 +72,7 @@ class Coordinates:
     def samples(self, place: Place) -> dict[str, Array]:
         """Return the coordinates at every sample, without those that are differences of samples.
 
-        Args:
-            place: port, input or output.
-
-        Returns:
-            Values by name of the coordinate, shape (samples,) each.
+        Gives (samples,).
         """
         if place.kind != "port":
             return {place.name: self._signals[place.name]}
@@ -102,12 +95,7 @@ class Coordinates:
     def lags(self, place: Place, times: tuple[float, ...]) -> list[Array]:
         """Return how far the first coordinate of a place is ahead of its exponential means.
 
-        Args:
-            place: port, input or output; angles are not wrapped.
-            times: time constants of the means, s.
-
-        Returns:
-            Differences, shape (windows,) for each of the times; none where the place has no coordinate.
+        Takes times in s; gives (windows,).
         """
         from scipy.signal import lfilter  # half a second to load
 
@@ -129,11 +117,7 @@ class Coordinates:
     def mean(self, signal: Array) -> Array:
         """Return the means of a signal over the windows.
 
-        Args:
-            signal: values, shape (samples,).
-
-        Returns:
-            Means, shape (windows,).
+        Takes signal (samples,); gives (windows,).
         """
         sums = np.concatenate([[0.0], np.cumsum(signal)])
         first, steps = self.recording.start, self.recording.steps

@@ -27,18 +27,7 @@ VARIANCE_BINS, LAW_POINTS = 30, 120
 
 
 def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
-    """Return a row for every window in which a correction of a channel is determined.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        where: place of the gap.
-
-    Returns:
-        Columns: stage (lacking: physics without effects, left: augmented model), channel, experiment, t
-        (middle of the window, s), value and error (correction and its standard error, SI), level, rate,
-        acceleration (of a port: position, velocity, acceleration; of others: value and rate; nan where there
-        is none), law (mean of the found law over the window; nan where there is none).
-    """
+    """Return a row for every window in which a correction of a channel is determined."""
     stages = {"lacking": where.lacking} | ({"left": where.left} if diagnosis.effects else {})
     names = shown_channels(diagnosis, where)
     parts = [
@@ -51,12 +40,7 @@ def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
 
 
 def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
-    """Return the channels of the effects and those with a large share, or the first one if there are none.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        where: place of the gap.
-    """
+    """Return the channels of the effects and those with a large share, or the first one if there are none."""
     model = diagnosis.reidentified
     effects = [channel_of(model, found.added.place) for found in diagnosis.effects]
     large = [
@@ -67,12 +51,7 @@ def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
 
 
 def main_coordinate(table: pd.DataFrame, name: str) -> str:
-    """Return the coordinate that explains most of the law at a channel, or else of the correction.
-
-    Args:
-        table: table of corrections (`correction_table`).
-        name: name of the channel.
-    """
+    """Return the coordinate that explains most of the law at a channel, or else of the correction."""
     rows = table[(table["channel"] == name) & (table["stage"] == "lacking")]
     y = rows["law"] if rows["law"].notna().any() else rows["value"]
     scores = {column: _explained(rows[column], y) for column in PORT if rows[column].notna().any()}
@@ -82,14 +61,7 @@ def main_coordinate(table: pd.DataFrame, name: str) -> str:
 def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
     """Return the laws that were found, along the main coordinates of channels.
 
-    Args:
-        diagnosis: diagnosis with any verdict.
-        where: place of the gap.
-        table: table of corrections (`correction_table`).
-        names: names of the channels.
-
-    Returns:
-        Columns channel, x, low, law, high: 10 %, 50 % and 90 % quantiles of the law near x, SI.
+    Gives a value in SI.
     """
     parts = [pd.DataFrame(columns=["channel", "x", "low", "law", "high"])]
     coordinates = where.lacking.coordinates
@@ -113,12 +85,7 @@ def _told(x: Array, law: Array) -> pd.DataFrame:
 
 
 def about_channels(corrections: Corrections, names: list[str]) -> dict[str, Any]:
-    """Return kind, unit, symbol of an effort, and name and unit of each coordinate, by channel.
-
-    Args:
-        corrections: corrections of a model.
-        names: names of the channels.
-    """
+    """Return kind, unit, symbol of an effort, and name and unit of each coordinate, by channel."""
     coordinates = corrections.coordinates
     found = {}
     for place in corrections.places:

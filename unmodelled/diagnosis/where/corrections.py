@@ -82,11 +82,7 @@ class Corrections:
     ) -> Corrections:
         """Compute the corrections in windows as short as the noise permits.
 
-        Args:
-            model: model to correct.
-            horizon: largest length of a window, s.
-            sensors: sensors of the model's logs.
-            thresholds: thresholds of the decisions.
+        Takes horizon in s.
         """
         logs, places = model.logs, channels(model.system)
         system, unknowns = _with_constants(model.system, logs, places)
@@ -152,11 +148,7 @@ class Corrections:
 
 
 def channels(system: System) -> tuple[Place, ...]:
-    """Return all ports, inputs and outputs.
-
-    Args:
-        system: system with its ports.
-    """
+    """Return all ports, inputs and outputs."""
     return (
         *(Place("port", port.name) for port in system.ports),
         *(Place("actuator", item.name) for item in system.inputs),

@@ -28,14 +28,6 @@ def channel_shares(
 
     The fall of the squared gap with each effect, on the held-out experiments, counts for the channel of the
     effect. The remaining gap of the augmented model is divided by `left`.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        left: shares of the remaining gap, by channel.
-        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
-
-    Returns:
-        Shares by channel, which sum to one, the largest first; empty without a gap.
     """
     floor, last = diagnosis.floor**2, diagnosis.augmented.gap.value**2
     steps = [diagnosis.reidentified, *diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]]
@@ -56,11 +48,6 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
     A parameter acts through a channel if its change equals that of an input's gain, of an effort, or of one
     sensor: the damping of a port through that port, the constant of a motor through its input. Otherwise it
     is its own channel.
-
-    Args:
-        model: re-identified model.
-        place: place of an effect.
-        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
     """
     if place.kind != "parameter":
         return place.channel

@@ -18,11 +18,7 @@ Pairs = tuple[tuple[Port, Port], ...]
 
 
 def comparable_ports(system: System) -> Pairs:
-    """Return the pairs of ports between whose bodies an effort can act.
-
-    Args:
-        system: system with its ports.
-    """
+    """Return the pairs of ports between whose bodies an effort can act."""
     return tuple(pair for group in port_groups(system) for pair in combinations(group, 2))
 
 
@@ -31,10 +27,6 @@ def opposite_ports(lacking: Corrections, rest: float | None = None) -> Pairs:
 
     Of what two independent efforts explain, one effort that acts on both bodies in opposite directions must
     leave next to nothing in comparison with an effort at a single port.
-
-    Args:
-        lacking: corrections of a model.
-        rest: share that it may leave, default `opposite_rest` of the thresholds.
     """
     limit = lacking.thresholds.opposite_rest if rest is None else rest
     at = {place.name: k for k, place in enumerate(lacking.places) if place.kind == "port"}
@@ -68,10 +60,6 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
     The effort of the new port takes from one body or balance what it gives to the other. Its position and
     velocity are the differences of those of the two ports.
 
-    Args:
-        system: system to extend.
-        pairs: pairs of its ports, of the same unit.
-
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
@@ -89,10 +77,6 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
 
 def with_named_ports(system: System, names: Collection[str]) -> System:
     """Return the system with those ports between two of its ports that are named.
-
-    Args:
-        system: system of a diagnosis, as given.
-        names: names of ports, such as those in the answer; others are ignored.
 
     Examples:
         >>> from pathlib import Path

@@ -53,14 +53,6 @@ def outside_forces(corrections: Corrections) -> LogFault | None:
     The largest correction is about the same in ordinary experiments. Where that of a few experiments is
     larger by more than chance, at a motion and at inputs that ordinary experiments have, too, and the rest of
     them is ordinary, no law of the machine explains it.
-
-    Args:
-        corrections: corrections of a model with the effects that were found.
-
-    Returns:
-        Ports, experiments and times as a fault of the logs that decides nothing; `explains` is the share of
-        the squared correction at the port where it is largest. The sentence says of which level of a factor
-        they are the experiments. None if there is no such effort.
     """
     found, shares = list[_Stretch](), list[float]()
     for k, place in enumerate(corrections.places):

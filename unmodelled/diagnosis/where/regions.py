@@ -39,13 +39,6 @@ def regions(corrections: Corrections, channels: tuple[str, ...]) -> tuple[dict[s
     Noise is subtracted, and a region must stand out whichever experiment is left out. Signals are the
     coordinates of the channel and, of a port, the inputs too; `mod(theta, 2*pi)` is the position within a
     turn, `d(v)/dt` an acceleration.
-
-    Args:
-        corrections: corrections of the physics without effects.
-        channels: names of the channels.
-
-    Returns:
-        Rows of signal, low, high (SI) and share, the largest share first.
     """
     found: dict[tuple[str, float], _Region] = {}
     for k, place in enumerate(corrections.places):

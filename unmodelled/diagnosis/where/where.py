@@ -56,10 +56,6 @@ def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> 
     """Locate the gap of a diagnosis.
 
     Without a gap, or where the logs must be checked, there are no channels, regions or factors.
-
-    Args:
-        diagnosis: diagnosis with any verdict.
-        thresholds: thresholds of the decisions.
     """
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
@@ -133,12 +129,7 @@ class ExperimentGaps:
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, sensors: Sensors) -> ExperimentGaps:
-        """Compute the gaps by free runs of all models over all experiments.
-
-        Args:
-            diagnosis: diagnosis with any verdict.
-            sensors: sensors of its logs.
-        """
+        """Compute the gaps by free runs of all models over all experiments."""
         found = []
         for model in (diagnosis.known, diagnosis.reidentified, diagnosis.augmented):
             found.append(free_runs(model.system, model.logs, diagnosis.horizon, sensors=sensors))
@@ -159,16 +150,7 @@ def factors(
     The probability of such a share by chance comes from random permutations of the experiments. A column is
     left out where all experiments have one level, or each its own.
 
-    Args:
-        experiments: table of the experiments, one row each.
-        columns: names of the columns that may be factors.
-        excess: squared gaps above the noise floor, shape (experiments,).
-        samples: numbers of samples, shape (experiments,).
-        seed: seed of the permutations.
-        thresholds: thresholds of a diagnosis; it uses `factor_density` and `factor_significance`.
-
-    Returns:
-        Rows of factor, level and share, the largest share first.
+    Takes excess (experiments,), samples (experiments,).
     """
     amount = np.maximum(excess, 0.0) * samples
     whole = float(amount.sum())

@@ -55,12 +55,7 @@ class Hoisting:
         self.found: dict[Changes, dict[sp.Expr, sp.Symbol]] = {place: {} for place in PLACES}
 
     def __call__(self, e: sp.Expr, places: tuple[Changes, ...] = PLACES) -> sp.Expr:
-        """Return an expression with symbols for its parts that have one of some places.
-
-        Args:
-            e: expression of the system.
-            places: places that are taken.
-        """
+        """Return an expression with symbols for its parts that have one of some places."""
         if e.is_number:
             return e
         if self._place(e, places) is not None:
@@ -70,11 +65,7 @@ class Hoisting:
         return e.func(*(self(a, places) for a in e.args)) if e.args else e
 
     def without(self, symbols: Collection[sp.Symbol]) -> Hoisting:
-        """Return the same, going on with the same names, where some symbols have no place.
-
-        Args:
-            symbols: symbols without a place.
-        """
+        """Return the same, going on with the same names, where some symbols have no place."""
         inner = Hoisting({s: c for s, c in self.changes.items() if s not in symbols})
         inner.found = self.found
         return inner
@@ -154,13 +145,7 @@ class Cascade:
 
     @classmethod
     def of(cls, system: System, event: Event, uncertain: Sequence[str]) -> Cascade:
-        """Return the cascade that leads to an event.
-
-        Args:
-            system: system with the event.
-            event: event whose time is wanted.
-            uncertain: names of the uncertain parameters.
-        """
+        """Return the cascade that leads to an event."""
         closed, crossing = equations(system, event)
         follows = dependence(system, closed, crossing, uncertain)
         driven = tuple(k for k, changes in follows.items() if changes == Changes.TIME)
@@ -194,24 +179,13 @@ class Cascade:
 
 
 def common_states(system: System, event: Event, uncertain: Sequence[str]) -> tuple[int, ...]:
-    """Return the indices of the states that follow the input at every operating point.
-
-    Args:
-        system: system with the event.
-        event: event whose time is wanted.
-        uncertain: names of the uncertain parameters.
-    """
+    """Return the indices of the states that follow the input at every operating point."""
     follows = dependence(system, *equations(system, event), uncertain)
     return tuple(k for k, changes in follows.items() if changes in SHARED)
 
 
 def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
-    """Return time derivatives of the states and the event's expression, every unknown effort zero.
-
-    Args:
-        system: system with the event.
-        event: event whose time is wanted.
-    """
+    """Return time derivatives of the states and the event's expression, every unknown effort zero."""
     none = dict.fromkeys(system.e, sp.S.Zero)
     return tuple(f.xreplace(none) for f in system.closed), sanitised(event.expression)
 
@@ -219,17 +193,7 @@ def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Exp
 def dependence(
     system: System, closed: Sequence[sp.Expr], event: sp.Expr, uncertain: Sequence[str]
 ) -> dict[int, Changes]:
-    """Find the dependence of every state that leads to an event, besides that on its own start.
-
-    Args:
-        system: system of the states.
-        closed: time derivatives of all states.
-        event: expression of the event.
-        uncertain: names of the uncertain parameters.
-
-    Returns:
-        Dependence by index of the state.
-    """
+    """Find the dependence of every state that leads to an event, besides that on its own start."""
     index = {s: k for k, s in enumerate(system.x)}
     needed = {index[s] for s in event.free_symbols & set(system.x)}
     before = None

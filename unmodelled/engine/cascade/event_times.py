@@ -105,22 +105,8 @@ class EventTimes:
     ) -> EventTimes:
         """Compile (once; kept on disk) and integrate what no sample changes.
 
-        Args:
-            system: system, whose unknown efforts are taken as zero.
-            event: name of the event: the first time that its expression falls through zero.
-            uncertain: names of the uncertain parameters.
-            u: inputs every `period` seconds, straight lines in between, shape (points, samples, inputs), SI.
-            period: sampling period, s.
-            c: constants of the operating points, shape (points, constants), SI.
-            x0: states at the start of each experiment, shape (points, states), SI.
-            step: integration step, s, a multiple of `period`; by default a long one whose times differ little
-                from those of steps of one period.
-            threads: number of threads; as many as there are processors by default.
-            duration: time after which a log says nothing, shape (points,), s; by default the length of u.
-
-        Raises:
-            BadInput: when the event or a parameter is unknown, a parameter is zero, the step is no multiple
-                of the period, or a number is not finite.
+        Takes u (points, samples, inputs) in SI, period in s, c (points, constants) in SI, x0 (points, states)
+        in SI, duration (points,) in s.
         """
         u, c, x0 = (np.asarray(a, np.float64) for a in (u, c, x0))
         runs = Experiments(u, period, c, x0)
@@ -152,14 +138,7 @@ class EventTimes:
     def __call__(self, theta: Array) -> Array:
         """Return the event times of samples.
 
-        Args:
-            theta: multiples of the nominal values, shape (samples, uncertain): 1 is nominal.
-
-        Returns:
-            Times, shape (samples, points), s; nan where the event does not happen within the log.
-
-        Raises:
-            ValueError: when theta has another shape.
+        Takes theta (samples, uncertain); gives (samples, points) in s.
         """
         theta = np.asarray(theta, np.float64)
         if theta.ndim != 2 or theta.shape[1] != len(self.names):

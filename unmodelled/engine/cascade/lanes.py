@@ -11,68 +11,34 @@ FRACTIONS = ("half = h/2.0", "sixth = h/6.0", "part = h/24.0")
 
 
 def cells(first: int, n: int, array: str = "w") -> list[str]:
-    """Return the code of the numbers of some rows in lane i.
-
-    Args:
-        first: first row.
-        n: number of rows.
-        array: name of the block.
-    """
+    """Return the code of the numbers of some rows in lane i."""
     return [f"{array}[{(first + k) * LANES} + i]" for k in range(n)]
 
 
 def load(letter: str, first: int, n: int, array: str = "w") -> list[str]:
-    """Return assignments of rows to variables `letter`0, `letter`1, ...
-
-    Args:
-        letter: letter of the variables.
-        first: first row.
-        n: number of rows.
-        array: name of the block.
-    """
+    """Return assignments of rows to variables `letter`0, `letter`1, ..."""
     return [f"{letter}{k} = {cell}" for k, cell in enumerate(cells(first, n, array))]
 
 
 def over_lanes(lines: Iterable[str]) -> list[str]:
-    """Return a loop over the lanes.
-
-    Args:
-        lines: lines of its body.
-    """
+    """Return a loop over the lanes."""
     return ["for i in range(LANES):", *indented(lines)]
 
 
 def indented(lines: Iterable[str]) -> list[str]:
-    """Return the body of a loop or function.
-
-    Args:
-        lines: lines of the body.
-    """
+    """Return the body of a loop or function."""
     return [f"    {line}" for line in (*lines, "pass")]
 
 
 def function(signature: str, head: str, lines: Iterable[str]) -> str:
-    """Return a compiled function.
-
-    Args:
-        signature: name of its type.
-        head: name and arguments.
-        lines: lines of the body.
-    """
+    """Return a compiled function."""
     return "\n".join([f"@jit({signature})", f"def {head}:", *indented(lines)]) + "\n"
 
 
 def stages(
     letter: str, states: Sequence[str], rates: Callable[[int], list[str]], slots: Sequence[list[str]]
 ) -> list[str]:
-    """Return the stages of a step of Runge and Kutta.
-
-    Args:
-        letter: letter of the variables in which `rates` expects the states of a stage.
-        states: code of the states at the start.
-        rates: function that returns assignments of the time derivatives of stage k to k<k>_0, k<k>_1, ...
-        slots: assignments of time-dependent values, read at the start, the middle and the end of the step.
-    """
+    """Return the stages of a step of Runge and Kutta."""
     n = range(len(states))
     lines = [f"{letter}{k} = y{k} = {cell}" for k, cell in enumerate(states)]
     for stage, slot in enumerate((0, 1, 1, 2)):
@@ -84,18 +50,10 @@ def stages(
 
 
 def end(k: int) -> str:
-    """Return the code of a state at the end of a step.
-
-    Args:
-        k: number of the state.
-    """
+    """Return the code of a state at the end of a step."""
     return f"y{k} + sixth*(k0_{k} + 2.0*(k1_{k} + k2_{k}) + k3_{k})"
 
 
 def middle(k: int) -> str:
-    """Return the code of a state in the middle of a step, to third order, from the same stages.
-
-    Args:
-        k: number of the state.
-    """
+    """Return the code of a state in the middle of a step, to third order, from the same stages."""
     return f"y{k} + part*(5.0*k0_{k} + 4.0*(k1_{k} + k2_{k}) - k3_{k})"

@@ -41,12 +41,7 @@ class Generated(Backend):
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Generated:
-        """Return the known physics of a system, the laws of its ports included, without networks.
-
-        Args:
-            system: system whose dynamics are integrated.
-            observed: expressions of the system's symbols whose values are wanted.
-        """
+        """Return the known physics of a system, the laws of its ports included, without networks."""
         laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
         seen = tuple(expression.xreplace(laws) for expression in observed)
         return cls(Augmented(system), seen, np.empty(0), np.empty(0), np.empty(0))
@@ -78,18 +73,8 @@ class Generated(Backend):
     ) -> tuple[Array, Array]:
         """Simulate windows of one length with one set of parameters.
 
-        Args:
-            windows: checked windows, of `steps` samples each.
-            b: number of the set, which says what table of inputs is read.
-            p: parameters, shape (parameters,), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            x0: states at the first samples, shape (windows, states), SI.
-            steps: number of samples that follow the first one.
-            how: method, step and course of the inputs between samples.
-
-        Returns:
-            States, shape (windows, steps + 1, states), and efforts of the networks, shape (windows, steps,
-            networks), SI.
+        Takes p (parameters,) in SI, c (experiments, constants) in SI, x0 (windows, states) in SI; gives
+        (windows, steps + 1, states) and (windows, steps, networks).
         """
         compiled = kernel(self.structure)
         owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples

@@ -79,10 +79,6 @@ def generated(name: str, write: Callable[[], str]) -> ModuleType:
     """Return a generated module, from the cache folder where it is kept.
 
     Where nothing can be written, as on a full disk, the module is not kept.
-
-    Args:
-        name: name of the module; it says what is generated.
-        write: function that returns the text of the module, called where it is not kept yet.
     """
     for folder in cache_folders():
         path = folder / f"{name}.py"
@@ -99,13 +95,7 @@ def generated(name: str, write: Callable[[], str]) -> ModuleType:
 
 
 def digest(files: Iterable[str], system: System, parts: Iterable[str]) -> str:
-    """Return a name for generated code, which changes with all that decides the code.
-
-    Args:
-        files: files of the generator, as paths from the folder of the engine.
-        system: system whose structure counts.
-        parts: further texts that decide the code.
-    """
+    """Return a name for generated code, which changes with all that decides the code."""
     names = [[s.name for s in group] for group in (system.x, system.u, system.p, system.c, system.e)]
     tables = [(t.x, t.y, t.kind) for t in system.tables]
     known = [*(sp.srepr(e) for e in system.closed), repr((names, tables, system.port_names))]
@@ -124,9 +114,6 @@ def kernel(model: Augmented) -> Kernel:
     """Return the compiled functions of a model, generated and compiled once for every structure.
 
     Parameter values and weights are arguments of the loops, so that one kernel serves a whole stack.
-
-    Args:
-        model: physics, networks and trained parameters.
     """
     module = generated(f"kernel_{_digest(model)}", lambda: source(model))
     return Kernel(module.evaluate, module.pull, layout(model))

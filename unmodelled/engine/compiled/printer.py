@@ -67,16 +67,7 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
 def assignments(
     expressions: Sequence[sp.Expr], names: Mapping[sp.Symbol, str], fixed: set[sp.Symbol]
 ) -> tuple[list[str], list[str], list[str]]:
-    """Return assignments of common sub-expressions, and the results in terms of them.
-
-    Args:
-        expressions: expressions to be computed.
-        names: names of the symbols in the code.
-        fixed: symbols that are the same in every lane.
-
-    Returns:
-        Assignments that hold for all lanes, assignments of one lane, and the text of every expression.
-    """
+    """Return assignments of common sub-expressions, and the results in terms of them."""
     shared, results = common_parts(expressions, symbols=sp.numbered_symbols("_"), optimizations="basic")
     printer = ScalarPrinter(names)
     same, lane = set(fixed), []

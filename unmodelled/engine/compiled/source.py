@@ -36,9 +36,6 @@ class Rows:
         """Return the rows of a block and of their adjoints.
 
         They hold state x, input u, efforts e, constants c, time t, and inputs q of the networks.
-
-        Args:
-            model: physics and networks.
         """
         system, nq = model.system, len(model.inputs)
         n, ports = len(system.states), len(system.ports)
@@ -55,30 +52,16 @@ class Rows:
         return cls(first, row)
 
     def at(self, name: str, k: int = 0) -> str:
-        """Return the code of a row's number in lane i.
-
-        Args:
-            name: name of the part of the block.
-            k: number of the row in it.
-        """
+        """Return the code of a row's number in lane i."""
         return f"w[{(self.first[name] + k) * LANES} + i]"
 
     def value(self, name: str, k: int) -> str:
-        """Return the code of a number that is the same for all lanes.
-
-        Args:
-            name: name of a part of the block whose numbers lie one after the other.
-            k: number of the value in it.
-        """
+        """Return the code of a number that is the same for all lanes."""
         return f"w[{self.first[name] * LANES + k}]"
 
 
 def layout(model: Augmented) -> Layout:
-    """Return the places where the loops find the parts of a block.
-
-    Args:
-        model: physics and networks.
-    """
+    """Return the places where the loops find the parts of a block."""
     rows, system = Rows.of(model), model.system
     sizes = {
         "rows": rows.count,
@@ -97,9 +80,6 @@ def source(model: Augmented) -> str:
 
     `evaluate`: dx and z at the state and inputs. `pull`: gx from lam at a state whose z is known,
     while gp and gw grow; gz enters with what the loss itself says of the networks' efforts.
-
-    Args:
-        model: physics and networks.
     """
     rows = Rows.of(model)
     system = model.system
@@ -268,12 +248,7 @@ def _backward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list
 
 
 def tables(system: System, code: str) -> list[str]:
-    """Return the text of functions that look up the tables of a system.
-
-    Args:
-        system: system with the tables.
-        code: text of the functions that call them; only tables that occur in it are written.
-    """
+    """Return the text of functions that look up the tables of a system."""
     parts = []
     for k, table in enumerate(system.tables):
         for order in range(4):

@@ -70,8 +70,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
     def setup_experiment(self, start_time: float) -> None:
         """Note the start time.
 
-        Args:
-            start_time: time at which the simulation starts, s.
+        Takes start_time in s.
         """
         self.time = start_time
 
@@ -83,12 +82,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Simulate one communication step with constant inputs.
 
-        Args:
-            current_time: time at the start of the step, s.
-            step_size: length of the step, s.
-
-        Returns:
-            Whether all outputs are finite.
+        Takes current_time in s, step_size in s.
         """
         self.stepper.step(self.u, step_size)
         self.y, self.time = self.stepper.y, current_time + step_size

@@ -64,9 +64,7 @@ class Stepper:
     def step(self, u: Array, seconds: float) -> None:
         """Simulate one step.
 
-        Args:
-            u: inputs during the step, shape (inputs,), SI.
-            seconds: length of the step, s.
+        Takes u (inputs,) in SI, seconds in s.
         """
         end = self.t + seconds
         self._u.add(self.t, u)
@@ -91,11 +89,7 @@ class Stepper:
 def defaults(system: System) -> Array:
     """Return the constants of the operating point of a run that says nothing of them.
 
-    Args:
-        system: system to simulate.
-
-    Returns:
-        Values for other experiments, shape (constants,), SI; zero where the system has none.
+    Gives (constants,) in SI.
     """
     return np.array([constant.other or 0.0 for constant in system.operating_point], np.float64)
 

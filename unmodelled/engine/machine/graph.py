@@ -99,21 +99,13 @@ class Graph:
             self.symbols[s] = self._done[s] = self._append(Node(None, (), level))
 
     def __call__(self, e: sp.Expr) -> int:
-        """The node of an expression.
-
-        Raises:
-            ValueError: when it has a symbol or a function that the machine does not know.
-        """
+        """The node of an expression."""
         if e not in self._done:
             self._done[e] = self._made(e)
         return self._done[e]
 
     def constant(self, value: float) -> int:
-        """Return the node of a number.
-
-        Args:
-            value: the number.
-        """
+        """Return the node of a number."""
         if value not in self.constants:
             self.constants[value] = self._append(Node(None, (), LANE))
         return self.constants[value]
@@ -251,13 +243,7 @@ class Segment:
 
     @classmethod
     def of(cls, graph: Graph, wanted: Iterable[int], level: int) -> Segment:
-        """Return the nodes of one level that must be computed to know some nodes.
-
-        Args:
-            graph: graph of all expressions.
-            wanted: nodes that are asked for.
-            level: level that is computed, and those above.
-        """
+        """Return the nodes of one level that must be computed to know some nodes."""
         ends = tuple(dict.fromkeys(wanted))
         nodes: dict[int, None] = {}
         border: dict[int, None] = {}
@@ -276,13 +262,7 @@ class Segment:
     def instructions(
         self, graph: Graph, fixed: Mapping[int, int], free: int
     ) -> tuple[list[Instruction], int]:
-        """Return the instructions, and the row after the last one that they use.
-
-        Args:
-            graph: graph with the nodes.
-            fixed: rows of border and roots.
-            free: first row for intermediate results.
-        """
+        """Return the instructions, and the row after the last one that they use."""
         fused = self._fused(graph)
         readers = Counter(s for node in fused.values() for s in node.sources)
         rows, idle = dict(fixed), list[int]()

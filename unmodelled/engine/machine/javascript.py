@@ -23,11 +23,7 @@ SCRIPT = Path(__file__).with_name("machine.js")
 def as_text(values: ArrayLike) -> str:
     """Return numbers of double precision as text, without loss of a digit.
 
-    Args:
-        values: numbers, any shape, written row by row; they need not be finite.
-
-    Returns:
-        Base64 of the little-endian bytes.
+    Takes values (any shape).
 
     Examples:
         >>> as_text([1.0, float("inf")])
@@ -38,9 +34,6 @@ def as_text(values: ArrayLike) -> str:
 
 def as_data(program: Program) -> dict[str, Any]:
     """Return a program as values that JSON knows; `machine.loaded` of the script reads them.
-
-    Args:
-        program: program of a system.
 
     Examples:
         >>> from pathlib import Path

@@ -93,28 +93,12 @@ class Program(NamedTuple):
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Program:
-        """Return the program of a system, with the known laws of its ports.
-
-        Args:
-            system: system whose dynamics are integrated.
-            observed: expressions of the system's symbols whose values are wanted.
-
-        Raises:
-            ValueError: when an expression has a symbol or a function that the machine does not know.
-        """
+        """Return the program of a system, with the known laws of its ports."""
         return assembled(Equations.of(system, observed))
 
     @classmethod
     def of_values(cls, system: System, expressions: Sequence[sp.Expr]) -> Program:
-        """Return the program that evaluates expressions of a system, in which all efforts are zero.
-
-        Args:
-            system: system whose symbols and tables the expressions use.
-            expressions: expressions whose values are wanted.
-
-        Raises:
-            ValueError: when an expression has a symbol or a function that the machine does not know.
-        """
+        """Return the program that evaluates expressions of a system, in which all efforts are zero."""
         none = dict.fromkeys(system.e, sp.S.Zero)
         shown = [e.xreplace(none) for e in expressions]
         return assembled(Equations(system.x, system.u, system.p, system.c, [], shown, {}, system.tables))
@@ -135,18 +119,8 @@ class Program(NamedTuple):
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
         """Simulate checked windows; see `free_run`.
 
-        Args:
-            windows: first samples, lengths and inputs of the free runs.
-            p: parameters, shape (experiments, sets, parameters), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            x0: states at the first samples, shape (windows, sets, states), SI.
-            how: method, step and course of the inputs between samples.
-
-        Returns:
-            Observed values, shape (windows, sets, most steps + 1, observed).
-
-        Raises:
-            ValueError: when the method is not the Runge-Kutta method of order four.
+        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
+        states) in SI; gives (windows, sets, most steps + 1, observed).
         """
         if how.method != "rk4":
             raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
@@ -191,15 +165,8 @@ class Program(NamedTuple):
     def evaluate_sets(self, t: Array, u: Array, p: Array, c: Array, owner: Indices) -> Array:
         """Return the observed values of equations without states at given inputs for many sets of parameters.
 
-        Args:
-            t: time, shape (samples,), s.
-            u: inputs, shape (samples, inputs), SI.
-            p: parameters, shape (sets, parameters), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            owner: number of the experiment, shape (samples,).
-
-        Returns:
-            Observed values, shape (samples, sets, observed), SI; 0 where they are not finite.
+        Takes t (samples,) in s, u (samples, inputs) in SI, p (sets, parameters) in SI, c (experiments,
+        constants) in SI, owner (samples,); gives (samples, sets, observed) in SI.
         """
         y = np.empty((len(t), len(p), len(self.shown)))
         values = (np.ascontiguousarray(a, np.float64) for a in (t[:, None], u, p, c))
@@ -233,25 +200,13 @@ class Equations:
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Equations:
-        """Return the equations of a system, with the known laws of its ports and no other efforts.
-
-        Args:
-            system: system whose dynamics are integrated.
-            observed: expressions of the system's symbols whose values are wanted.
-        """
+        """Return the equations of a system, with the known laws of its ports and no other efforts."""
         laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
         return cls(system.x, system.u, system.p, system.c, system.dynamics, observed, laws, system.tables)
 
 
 def assembled(equations: Equations) -> Program:
-    """Return the program of some equations.
-
-    Args:
-        equations: states, rates and observed values.
-
-    Raises:
-        ValueError: when they have a symbol or a function that the machine does not know.
-    """
+    """Return the program of some equations."""
     groups = equations.states, equations.inputs, (TIME,), equations.parameters, equations.constants
     levels = STATE, DRIVEN, DRIVEN, LANE, LANE
     given = {s: level for group, level in zip(groups, levels, strict=True) for s in group}

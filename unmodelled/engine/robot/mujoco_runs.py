@@ -51,15 +51,7 @@ class RobotInMujoco:
     activations: Mapping[str, str] = field(default_factory=dict)
 
     def __call__(self, system: System, observed: Sequence[sp.Expr]) -> MujocoRuns:
-        """Return the backend that runs the file in place of the equations of a system.
-
-        Args:
-            system: system with the joints of the robot; its other states have no influence.
-            observed: expressions of the system's symbols whose values are wanted.
-
-        Raises:
-            ModuleNotFoundError: if MuJoCo is not installed.
-        """
+        """Return the backend that runs the file in place of the equations of a system."""
         return MujocoRuns(self, system, observed)
 
 
@@ -123,15 +115,8 @@ class MujocoRuns:
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
         """Simulate checked windows; see `free_run`.
 
-        Args:
-            windows: first samples, lengths and inputs of the free runs.
-            p: parameters, shape (experiments, sets, parameters), SI; those of the file do not count.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            x0: states at the first samples, shape (windows, sets, states), SI.
-            how: method, step and course of the inputs between samples; the method of the file counts.
-
-        Returns:
-            Observed values, shape (windows, sets, most steps + 1, observed).
+        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
+        states) in SI; gives (windows, sets, most steps + 1, observed).
         """
         longest = int(windows.steps.max(initial=0)) + 1
         y = np.full((*x0.shape[:2], longest, len(self.observed.shown)), np.nan)

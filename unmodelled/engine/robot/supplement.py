@@ -67,26 +67,12 @@ class Supplement:
         return bool(self.numbers or self.forces)
 
     def write(self, path: Path) -> None:
-        """Write the supplement as JSON.
-
-        Args:
-            path: file, replaced where it exists.
-
-        Raises:
-            BadInput: when the file cannot be written.
-        """
+        """Write the supplement as JSON."""
         write_json(path, {"schema": SCHEMA, **asdict(self)})
 
     @classmethod
     def read(cls, path: Path) -> Supplement:
-        """Read a supplement; nothing in it is executed.
-
-        Args:
-            path: JSON file.
-
-        Raises:
-            BadInput: when the file cannot be read or is no supplement.
-        """
+        """Read a supplement; nothing in it is executed."""
         content = read_json(path)
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
@@ -103,18 +89,7 @@ class Supplement:
         return cls(**parts)
 
     def complete(self, model: Any, where: str = "supplement") -> Forces:
-        """Set the numbers in a model of MuJoCo, and return the forces as a callback of passive forces.
-
-        Args:
-            model: model of the robot, changed.
-            where: start of the error message, such as the name of the file.
-
-        Returns:
-            Function of model and data for `mujoco.set_mjcb_passive`.
-
-        Raises:
-            BadInput: when the robot has no such joint or actuator, or an expression is not allowed.
-        """
+        """Set the numbers in a model of MuJoCo, and return the forces as a callback of passive forces."""
         import mujoco
 
         for element, numbers in self.numbers.items():
@@ -163,9 +138,7 @@ class Forces:
     def begin(self, time: float, memory: Array) -> None:
         """Set what the forces remember.
 
-        Args:
-            time: time of it, s.
-            memory: values, shape (states,).
+        Takes time in s, memory (states,).
         """
         self.time, self.memory = time, memory.copy()
 

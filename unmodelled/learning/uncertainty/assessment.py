@@ -73,16 +73,7 @@ class Assessment:
     def data_sets(self, best: Alphas, planted: Array, count: int) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Identify distributions from drawn data sets, and compare the methods at each optimum.
 
-        Args:
-            best: distribution parameters by method, each of shape (2 n,), identified from the observed data
-                set.
-            planted: distribution parameters from which the data sets are drawn, shape (2 n,).
-            count: number of drawn data sets.
-
-        Returns:
-            Table `identified` (a row per data set and method: distribution parameters, log-likelihood by the
-            method and by the reference) and table `accuracy` (a row per data set, distribution, method and
-            output: earth mover's distance and error of the log-likelihood). Data set 0 is the observed one.
+        Takes best (2 n,), planted (2 n,).
         """
         drawn = self.estimator.draw(pairs(planted), count, self.seed)
         again = {m: self.estimator.identify_all(m, drawn, self.seed, self.workers) for m in METHODS}
@@ -127,25 +118,14 @@ class Assessment:
     def log_likelihood(self, density: Density, y: Array) -> Array:
         """Return the log-likelihood of every output, not below the floor of the estimator.
 
-        Args:
-            density: densities of the L outputs.
-            y: observed outputs, shape (L,).
-
-        Returns:
-            Log-likelihoods, shape (L,).
+        Takes y (L,); gives (L,).
         """
         return log_likelihoods(density, y, self.estimator.floor).each
 
     def against_monte_carlo(self, chosen: Alphas, samples: int) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Compare all methods with Monte Carlo simulation at chosen distributions.
 
-        Args:
-            chosen: distribution parameters by name, each of shape (2 n,).
-            samples: number of simulations per distribution.
-
-        Returns:
-            Table `monte_carlo` (a row per distribution, method and output: earth mover's distance, error of
-            the log-likelihood, reference) and table `densities` (densities over a grid of outputs).
+        Takes chosen (2 n,).
         """
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows, curves = [], []
@@ -174,14 +154,7 @@ class Assessment:
     def sampling(self, best: Alphas, against: pd.DataFrame, repeats: int) -> pd.DataFrame:
         """Return the error of plain sampling with few simulations, table `sampling` (Fig. 3.17).
 
-        Args:
-            best: distribution parameters by method, each of shape (2 n,).
-            against: table `monte_carlo`, whose log-likelihoods are the reference.
-            repeats: number of random samples per size.
-
-        Returns:
-            Columns alpha_of, rule (random or even), samples, repeat, mae (mean absolute error of the
-            log-likelihood).
+        Takes best (2 n,).
         """
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows = []
@@ -202,12 +175,6 @@ class Assessment:
     def response(self, number: int) -> pd.DataFrame:
         """Return one output on a grid over the first two parameters, the others at the centre of their
         bounds.
-
-        Args:
-            number: number of the output, from 1.
-
-        Returns:
-            Both parameters and the output y, one row per node of the grid.
         """
         surface = self.estimator.surface
         axes = [np.linspace(low, high, GRID) for low, high in surface.bounds[:2]]

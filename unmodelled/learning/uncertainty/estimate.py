@@ -49,12 +49,7 @@ class Estimator:
     def likelihood(self, method: str, y: Array) -> Objective:
         """Return the log-likelihood of observed outputs as a function of the distribution parameters.
 
-        Args:
-            method: name of the method of propagation.
-            y: observed outputs, shape (L,).
-
-        Returns:
-            Function from distribution parameters, shape (B, 2 n), to log-likelihoods, shape (B,).
+        Takes y (L,); gives (B, 2 n) and (B,).
         """
         if method == PUSH_FORWARD:
             observed, families = self.surface.at(y), self.setup.families(self.surface)
@@ -64,24 +59,14 @@ class Estimator:
     def identify(self, method: str, y: Array, seed: int, description: str | None = None) -> Identification:
         """Search the distribution parameters with the largest likelihood.
 
-        Args:
-            method: name of the method of propagation.
-            y: observed outputs, shape (L,).
-            seed: seed of the search.
-            description: text beside the progress bar; None shows no progress.
+        Takes y (L,).
         """
         return identify(self.likelihood(method, y), self.bounds, self.setup.search, seed, description)
 
     def draw(self, alpha: Array, count: int, seed: int) -> Array:
         """Draw data sets from the model with given distribution parameters.
 
-        Args:
-            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-            count: number of data sets.
-            seed: seed of the random generator.
-
-        Returns:
-            Outputs, shape (count, L).
+        Takes alpha (n, 2); gives (count, L).
         """
         families, outputs = self.setup.families(self.surface), len(self.surface.spans)
         generator = np.random.default_rng([seed, outputs])
@@ -90,14 +75,7 @@ class Estimator:
     def identify_all(self, method: str, drawn: Array, seed: int, workers: int) -> list[Identification]:
         """Search the distribution parameters of several data sets, several searches side by side.
 
-        Args:
-            method: name of the method of propagation.
-            drawn: observed outputs, shape (B, L).
-            seed: seed of the searches.
-            workers: number of searches that run side by side.
-
-        Returns:
-            One identification per data set.
+        Takes drawn (B, L).
         """
         description = f"{method.replace('_', ' ')}: {len(drawn)} data sets"
         return replicate([*drawn], lambda y, own: self.identify(method, y, own), seed, workers, description)
@@ -106,12 +84,7 @@ class Estimator:
 def least_squares(surface: ResponseSurface, y: Array) -> Array:
     """Return the constant parameters with the smallest squared error over all outputs, eq. 3.1.
 
-    Args:
-        surface: response of L outputs to n parameters.
-        y: observed outputs, shape (L,).
-
-    Returns:
-        Parameters, shape (n,).
+    Takes y (L,); gives (n,).
     """
     low, high = surface.bounds.T
     shares = (np.arange(STARTS) + 0.5) / STARTS

@@ -35,20 +35,7 @@ def event_response(
     only start alike in experiments with the same input: at the mean of their starts, if these differ by no
     more than noise.
 
-    Args:
-        system: system of the logs.
-        event: name of the event in the system file.
-        uncertain: names of the uncertain parameters.
-        logs: measured experiments with states.
-        step: integration step, s; default: see `EventTimes.of`.
-        threads: number of threads; default: see `EventTimes.of`.
-
-    Returns:
-        Function of the uncertain parameters, with one event time (s) per experiment.
-
-    Raises:
-        BadInput: when the event or a parameter is unknown, a parameter is zero, the step is no multiple of
-            the sampling period, or a number is not finite.
+    Takes step in s.
     """
     u, group = inputs(logs)
     x0 = logs.x[logs.offsets[:-1]]
@@ -67,12 +54,7 @@ def inputs(logs: Logs) -> tuple[Array, Indices]:
     An input that ends earlier is continued by an input that begins alike, if there is one; otherwise it holds
     its last value.
 
-    Args:
-        logs: measured experiments.
-
-    Returns:
-        Inputs, shape (experiments, samples, inputs), SI; for every experiment the number of its input among
-        the distinct ones, shape (experiments,).
+    Gives (experiments, samples, inputs) and (experiments,).
     """
     lengths = np.diff(logs.offsets)
     distinct: list[Array] = []
@@ -89,28 +71,14 @@ def inputs(logs: Logs) -> tuple[Array, Indices]:
 
 
 def noise_of(logs: Logs, k: int) -> float:
-    """Estimate the standard deviation of the noise of a state.
-
-    Args:
-        logs: measured experiments with states.
-        k: number of the state.
-
-    Returns:
-        Median over the experiments, in the unit of the state.
-    """
+    """Estimate the standard deviation of the noise of a state."""
     return float(np.median([noise(logs.x[logs.rows(i), k]) for i in range(len(logs))]))
 
 
 def same_starts(group: Indices, start: Array, deviation: float) -> Array:
     """Replace starts that differ only by noise within a group by their mean.
 
-    Args:
-        group: number of the group of every experiment, shape (experiments,).
-        start: starts, shape (experiments,), in the unit of the state.
-        deviation: standard deviation of the noise, in the unit of the state.
-
-    Returns:
-        Starts, shape (experiments,), in the unit of the state.
+    Takes group (experiments,), start (experiments,); gives (experiments,).
 
     Examples:
         >>> same_starts(np.array([0, 0, 1, 1]), np.array([1.0, 1.2, 0.0, 5.0]), 0.1).tolist()

@@ -193,16 +193,7 @@ def identified(
     workers: int,
     sources: tuple[str, str] = ("", ""),
 ) -> IdentifiedUncertainty:
-    """Identify the distribution that explains the observations of a problem.
-
-    Args:
-        problem: observations and the model that should explain them.
-        setup: family of the distributions, polynomial chaos and search.
-        data_sets: number of data sets of the parametric bootstrap.
-        seed: seed of the searches and of the bootstrap.
-        workers: number of searches side by side.
-        sources: system file and log folder, "" where there are none.
-    """
+    """Identify the distribution that explains the observations of a problem."""
     start = time.monotonic()
     surface = setup.surface(problem.response)
     estimator = Estimator(setup, surface)

@@ -58,20 +58,7 @@ def read_problem(
     response: Response | None,
     observations: Path | None,
 ) -> Problem:
-    """Read a system with its logs, or observations of a given response.
-
-    Args:
-        system: path of a system file with events.
-        logs: path of the log folder of the system.
-        event: name of the event; None: the only one of the system.
-        uncertain: names of the uncertain parameters; None: those that the system file marks.
-        step: integration step, s; None: see `EventTimes`.
-        response: model of the observations, instead of a system.
-        observations: path of a CSV file with the columns id, y and optionally deviation.
-
-    Raises:
-        BadInput: when both pairs or neither pair of inputs are given, or an input cannot be used.
-    """
+    """Read a system with its logs, or observations of a given response."""
     if system is not None and logs is not None and response is None and observations is None:
         model = read_system(system)
         _asked(model, event, uncertain)  # before logs are read that belong to another system
@@ -84,18 +71,7 @@ def read_problem(
 def of_system(
     system: System, logs: Logs, event: str | None, uncertain: Sequence[str] | None, step: float | None
 ) -> Problem:
-    """Return the measured times of an event, and these times as a function of uncertain parameters.
-
-    Args:
-        system: system with events.
-        logs: measured experiments.
-        event: name of the event; None: the only one of the system.
-        uncertain: names of the uncertain parameters; None: those that the system file marks.
-        step: integration step, s; None: see `EventTimes`.
-
-    Raises:
-        BadInput: when the system has no such event or nothing uncertain, or the logs do not show the event.
-    """
+    """Return the measured times of an event, and these times as a function of uncertain parameters."""
     name, chosen = _asked(system, event, uncertain)
     observed = event_times(logs, system, name)
     response = event_response(system, name, chosen, logs, step)
@@ -104,16 +80,7 @@ def of_system(
 
 
 def of_observations(response: Response, observations: pd.DataFrame, place: str = "observations") -> Problem:
-    """Pair observations with the response that they belong to, in the order of its outputs.
-
-    Args:
-        response: model of L outputs.
-        observations: table of L rows with the columns id, y and optionally deviation (standard error of y).
-        place: beginning of error messages; default: observations.
-
-    Raises:
-        BadInput: when a column is missing, or the model has another number of outputs.
-    """
+    """Pair observations with the response that they belong to, in the order of its outputs."""
     if lacking := {"id", "y"} - {*observations.columns}:
         raise BadInput(f"{place}: column {min(lacking)} is missing")
     y = observations["y"].to_numpy(np.float64)
@@ -131,17 +98,7 @@ def of_observations(response: Response, observations: pd.DataFrame, place: str =
 
 
 def read_observations(path: Path) -> pd.DataFrame:
-    """Read observations from a CSV file with the columns id and y, optionally deviation.
-
-    Args:
-        path: path of the CSV file.
-
-    Returns:
-        Columns y, deviation (if the file has it) and id.
-
-    Raises:
-        BadInput: when the file cannot be read or a cell is not a number; the message names row and column.
-    """
+    """Read observations from a CSV file with the columns id and y, optionally deviation."""
     header, rows = read_rows(path, ["id", "y"])
     at = {name: k for k, name in enumerate(header)}
     columns = [name for name in ("y", "deviation") if name in at]
@@ -182,12 +139,7 @@ def _asked(system: System, event: str | None, uncertain: Sequence[str] | None) -
 def shown(problem: Problem, best: Array) -> pd.DataFrame:
     """Return the observations beside the outputs of constant parameters.
 
-    Args:
-        problem: observations and response.
-        best: parameters, shape (n,).
-
-    Returns:
-        One row per output: id, y, deviation and `deterministic`, the output at `best`.
+    Takes best (n,).
     """
     return pd.DataFrame(
         {

@@ -32,13 +32,7 @@ GRID = 9
 def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
     """Compute the profile likelihoods of all pairs of parameters, over the ranges of their own profiles.
 
-    Args:
-        objective: log-likelihood as a function of the distribution parameters.
-        bounds: bounds of the distribution parameters, shape (2 n, 2).
-        found: profile likelihoods of the single parameters.
-
-    Returns:
-        Profile by the indices of the pair.
+    Takes bounds (2 n, 2).
     """
     ranges = {c.index: np.linspace(c.values.min(), c.values.max(), GRID) for c in found.curves}
     return {
@@ -48,16 +42,7 @@ def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tup
 
 
 def points(estimator: Estimator, table: pd.DataFrame, found: Found) -> pd.DataFrame:
-    """Add the log-likelihood of every observation to their table, at the optimum of each method.
-
-    Args:
-        estimator: likelihoods of the methods.
-        table: table of the observations, one row per output.
-        found: identification by method.
-
-    Returns:
-        The table with the columns log_likelihood_<method> and floored_<method>.
-    """
+    """Add the log-likelihood of every observation to their table, at the optimum of each method."""
     columns: dict[str, Any] = {}
     for method, propagation in estimator.setup.propagations(estimator.surface).items():
         density = propagation(by_parameter(found[method].alpha))
@@ -76,12 +61,6 @@ def estimates(
 
     Columns: method, name, value, at_bound; for the exact method also low and high (95 % profile likelihood,
     nan where there is no limit), and bootstrap_low and bootstrap_high (from the redrawn data sets).
-
-    Args:
-        names: names of the distribution parameters.
-        found: identification by method.
-        profiles: profile likelihoods of the exact method.
-        again: identifications of the redrawn data sets by the exact method.
     """
     rows = []
     limits = np.where(np.isfinite(profiles.intervals), profiles.intervals, np.nan)
@@ -97,11 +76,7 @@ def estimates(
 
 
 def trace(found: Found) -> pd.DataFrame:
-    """Return the progress of every search: columns method, generation, log_likelihood (the best so far).
-
-    Args:
-        found: identification by method.
-    """
+    """Return the progress of every search: columns method, generation, log_likelihood (the best so far)."""
     parts = [
         pd.DataFrame({"method": m, "generation": np.arange(len(f.trace)), "log_likelihood": f.trace})
         for m, f in found.items()
@@ -112,10 +87,6 @@ def trace(found: Found) -> pd.DataFrame:
 def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
     """Return the profile likelihoods: columns name, value, deviance and every distribution parameter at that
     point.
-
-    Args:
-        names: names of the distribution parameters.
-        found: profile likelihoods of the exact method.
     """
     parts = [
         pd.DataFrame({"name": names[c.index], "value": c.values, "deviance": c.deviance}).join(
@@ -127,11 +98,8 @@ def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
 
 
 def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) -> pd.DataFrame:
-    """Return the profile likelihoods of pairs: columns first and second (names), x and y (values), deviance.
-
-    Args:
-        names: names of the distribution parameters.
-        grids: profile by the indices of the pair.
+    """Return the profile likelihoods of pairs: columns first and second (names), x and y (values),
+    deviance.
     """
     parts = []
     for (i, j), grid in grids.items():
@@ -145,10 +113,6 @@ def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) 
     """Return the estimates from redrawn data sets.
 
     Columns: method, data_set (from 1), log_likelihood, converged and every distribution parameter.
-
-    Args:
-        names: names of the distribution parameters.
-        found: identifications of the data sets, by method.
     """
     parts = []
     for method, results in found.items():
@@ -172,14 +136,7 @@ def summary(
 ) -> dict[str, Any]:
     """Return the content of uncertainty.json.
 
-    Args:
-        problem: observations and response.
-        estimator: likelihoods of the methods.
-        found: identification by method.
-        likelihoods: profile likelihoods of the exact method.
-        bend: curvature of the log-likelihood at the optimum of the exact method.
-        names: names of the distribution parameters.
-        seconds: duration of the identification, s.
+    Takes seconds in s.
     """
     surface, setup = estimator.surface, estimator.setup
     return {
@@ -211,12 +168,7 @@ def summary(
 
 
 def printed(table: pd.DataFrame, content: Mapping[str, Any]) -> str:
-    """Format the estimates and the advice as text.
-
-    Args:
-        table: table of `estimates`.
-        content: content of uncertainty.json.
-    """
+    """Format the estimates and the advice as text."""
     values = table.pivot(index="name", columns="method", values="value").reindex(columns=list(METHODS))
     lines = [f"{'':<12}" + "".join(f"{m.replace('_', ' '):>18}" for m in METHODS)]
     lines += [f"{name:<12}" + "".join(f"{v:>18.4g}" for v in row) for name, row in values.iterrows()]

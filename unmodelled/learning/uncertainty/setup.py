@@ -116,10 +116,6 @@ class Setup:
 def pairs(flat: Sequence[float] | Array) -> Array:
     """Arrange distribution parameters by uncertain parameter.
 
-    Args:
-        flat: distribution parameters in the order mu_1, ..., sigma_1, ..., shape (2 n,).
-
-    Returns:
-        Two distribution parameters per uncertain parameter, shape (n, 2).
+    Takes flat (2 n,); gives (n, 2).
     """
     return np.asarray(flat, np.float64).reshape(2, -1).T.copy()

@@ -46,12 +46,6 @@ def counter(run: Run) -> tuple[Run, list[Finding]]:
 
     A position cannot jump; another channel is a counter only where its jumps are a power of two counts. The
     jumps start and end at the same places of the counter's range, and the channel goes on as before.
-
-    Args:
-        run: experiment as logged.
-
-    Returns:
-        The experiment with continuous channels, and the findings.
     """
     found = list[Finding]()
     for signal in run.signals:
@@ -108,8 +102,7 @@ def _goes_on(at: Rows) -> bool:
 def count_of(values: Array) -> float:
     """Return the unit of which all values are whole multiples, apart from a constant; 0 if there is none.
 
-    Args:
-        values: samples, shape (samples,).
+    Takes values (samples,).
 
     Examples:
         >>> round(count_of(0.25 * np.array([3, 7, 8, 40, 41, 17.0])), 3)

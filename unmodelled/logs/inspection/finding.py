@@ -35,9 +35,6 @@ class Finding:
 def sentences(findings: Sequence[Finding]) -> Iterator[str]:
     """Yield one sentence for every channel and kind of fault.
 
-    Args:
-        findings: faults of all runs, in the order of the runs.
-
     Examples:
         >>> found = [("run1", 1), ("run2", 2)]
         >>> words = "has {count} spikes", "left out"

@@ -38,12 +38,6 @@ def frozen(run: Run) -> tuple[Run, list[Finding]]:
     A position is frozen where it stands still and then jumps to where the machine is. A channel with noise is
     frozen where one number repeats. A machine at rest, an encoder of low resolution, a saturated command and
     a command in steps are not.
-
-    Args:
-        run: experiment as logged.
-
-    Returns:
-        The experiment without these samples where enough others remain, and the findings.
     """
     found, left_out = list[Finding](), np.zeros(len(run.t), np.bool_)
     for signal in run.signals:

@@ -31,16 +31,7 @@ ROUNDS = 3
 def inspected(
     system: System, names: Sequence[str], logs: Sequence[Columns]
 ) -> tuple[list[Columns], list[Finding]]:
-    """Look at experiments, and cure their faults where that is safe.
-
-    Args:
-        system: system whose inputs and outputs name the columns.
-        names: ids of the experiments.
-        logs: columns of the experiments, in SI units.
-
-    Returns:
-        The columns, cured, and the findings.
-    """
+    """Look at experiments, and cure their faults where that is safe."""
     signals, found, cured = signals_of(system), list[Finding](), list[Columns]()
     spans = spans_of(signals, [log.values for log in logs])
     for name, log in zip(names, logs, strict=True):
@@ -52,14 +43,7 @@ def inspected(
 
 
 def inspect(run: Run) -> tuple[Run, list[Finding]]:
-    """Look at one experiment.
-
-    Args:
-        run: experiment as logged.
-
-    Returns:
-        The experiment, cured where that is safe, and the findings.
-    """
+    """Look at one experiment."""
     found = list[Finding]()
     for _ in range(ROUNDS):
         new = list[Finding]()

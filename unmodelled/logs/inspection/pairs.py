@@ -43,11 +43,7 @@ class Multiple:
 def multiples(system: System, y: Array, offsets: Offsets, period: float) -> Iterator[Multiple]:
     """Yield speeds that are a multiple of the slope of their position in all runs.
 
-    Args:
-        system: system whose outputs tell positions and speeds.
-        y: outputs, shape (samples, outputs), of all runs one after the other.
-        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
-        period: sampling period, s.
+    Takes y (samples, outputs), offsets (runs + 1,), period in s.
     """
     shown = {output.expression: k for k, output in enumerate(system.outputs)}
     for position, speed in zip(system.x, system.dynamics, strict=True):
@@ -80,14 +76,7 @@ def commands_as_outputs(system: System, y: Array, u: Array, offsets: Offsets) ->
 
     A command may be logged one sample earlier or later. An output whose expression has the input is none.
 
-    Args:
-        system: system of the channels.
-        y: outputs, shape (samples, outputs), of all runs one after the other.
-        u: inputs, shape (samples, inputs).
-        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
-
-    Returns:
-        Number of the input, by the number of the output.
+    Takes y (samples, outputs), u (samples, inputs), offsets (runs + 1,).
     """
     found = dict[int, int]()
     inner = np.ones(len(y), np.bool_)

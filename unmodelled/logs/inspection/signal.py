@@ -44,11 +44,7 @@ class Signal:
 
 
 def signals_of(system: System) -> tuple[Signal, ...]:
-    """Return the channels of a system with their roles, outputs first.
-
-    Args:
-        system: system whose inputs and outputs name the columns.
-    """
+    """Return the channels of a system with their roles, outputs first."""
     positions = {x for x, speed in zip(system.x, system.dynamics, strict=True) if speed in system.x}
     outputs = (Signal(o.name, o.column, o.unit, _role(o, system, positions)) for o in system.outputs)
     inputs = (Signal(i.name, i.column, i.unit, "input") for i in system.inputs)
@@ -114,27 +110,20 @@ class Run:
     spans: Mapping[str, float]
 
     def course(self, signal: Signal) -> Course:
-        """Return the samples of a channel.
-
-        Args:
-            signal: channel.
-        """
+        """Return the samples of a channel."""
         return Course(self.values[signal.column])
 
     def with_values(self, signal: Signal, values: Array) -> Run:
         """Return the run with other samples of one channel.
 
-        Args:
-            signal: channel.
-            values: samples, shape (samples,), in SI units.
+        Takes values (samples,).
         """
         return replace(self, values={**self.values, signal.column: values})
 
     def without(self, rows: Mask) -> Run:
         """Return the run without some samples of all channels.
 
-        Args:
-            rows: mask of the samples that are left out, shape (samples,).
+        Takes rows (samples,).
         """
         kept = {column: values[~rows] for column, values in self.values.items()}
         return replace(self, t=self.t[~rows], values=kept)
@@ -143,9 +132,7 @@ class Run:
 def spans_of(signals: tuple[Signal, ...], logs: Sequence[Mapping[str, Array]]) -> dict[str, float]:
     """Return the range of every column without its most extreme samples, in the run where it is largest.
 
-    Args:
-        signals: channels of the columns.
-        logs: samples of every column of all runs, each of shape (samples,).
+    Takes logs (samples,).
     """
     ends = [SHARE, 1.0 - SHARE]
     return {

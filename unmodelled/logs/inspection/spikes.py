@@ -33,14 +33,7 @@ TURN = 2.0 * np.pi
 
 
 def spikes(run: Run) -> tuple[Run, list[Finding]]:
-    """Replace spikes by the course of the samples around them.
-
-    Args:
-        run: experiment as logged.
-
-    Returns:
-        The experiment without spikes, and the findings.
-    """
+    """Replace spikes by the course of the samples around them."""
     found = list[Finding]()
     for signal, bad in _spikes(run):
         values, k = run.values[signal.column].copy(), np.arange(len(run.t))

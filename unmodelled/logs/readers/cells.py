@@ -20,11 +20,7 @@ SHARE = 0.5
 
 
 def is_list(cells: pd.Series) -> bool:
-    """Return whether cells are lists such as "[0.1, 0.2]", by the first one that is filled.
-
-    Args:
-        cells: cells of a column, stripped.
-    """
+    """Return whether cells are lists such as "[0.1, 0.2]", by the first one that is filled."""
     first = next((cell for cell in cells if cell), "")
     return first.startswith("[") and first.endswith("]")
 
@@ -32,17 +28,7 @@ def is_list(cells: pd.Series) -> bool:
 def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], list[int]]:
     """Return the columns of cells with lists of numbers, and the lengths of the lists.
 
-    Args:
-        path: path of the file, for messages.
-        name: name of the column.
-        cells: cells of the column, stripped.
-
-    Returns:
-        Columns by name, each of shape (rows,), none of lists that are too long or hold words; lengths of the
-        lists, shape (rows,).
-
-    Raises:
-        BadInput: when short lists fill so many rows that they would take too much memory.
+    Gives (rows,) and (rows,).
     """
     rows = _plain_lists(cells) or [_list(cell) for cell in cells]
     lengths = [len(row) for row in rows]
@@ -58,9 +44,6 @@ def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], li
 
 def words(cell: str) -> tuple[str, ...]:
     """Return the words in a cell with a list of them.
-
-    Args:
-        cell: cell such as "['hip', 'knee']".
 
     Examples:
         >>> words("['hip', 'knee']"), words("[hip knee]")
@@ -92,11 +75,7 @@ def _list(cell: str) -> list[float]:
 def times(cells: pd.Series) -> Array | None:
     """Return dates and times of day in s since the first one.
 
-    Args:
-        cells: cells of a column, stripped.
-
-    Returns:
-        Time, shape (rows,), s, nan for what is no date; None if most cells are none.
+    Gives (rows,) in s.
     """
     filled = cells[cells != ""]
     if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
@@ -135,12 +114,7 @@ def _since_first(cells: pd.Series) -> pd.Series | None:
 def numbers(cells: pd.Series, decimal: str) -> Array | None:
     """Return numbers among other texts.
 
-    Args:
-        cells: cells of a column, stripped.
-        decimal: decimal mark.
-
-    Returns:
-        Numbers, shape (rows,), nan for other texts; None if most cells are no numbers.
+    Gives (rows,).
     """
     plain = cells.str.replace(",", ".") if decimal == "," else cells
     truths = {"true": "1", "false": "0"}

@@ -54,14 +54,7 @@ class Dialect:
 
 
 def dialect_of(path: Path) -> Dialect:
-    """Find the dialect of a text table by its first rows.
-
-    Args:
-        path: path of the file.
-
-    Raises:
-        BadInput: when no row of it holds numbers.
-    """
+    """Find the dialect of a text table by its first rows."""
     with path.open("rb") as file:
         raw = file.read(SAMPLE)
         whole = not file.read(1)
@@ -83,23 +76,14 @@ def dialect_of(path: Path) -> Dialect:
 
 
 def split(line: str, separator: str) -> list[str]:
-    """Return the cells of a line, stripped.
-
-    Args:
-        line: line of a text table.
-        separator: separator of the columns; " " stands for any white space.
-    """
+    """Return the cells of a line, stripped."""
     if separator == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
 
 
 def is_value(cell: str) -> bool:
-    """Return whether a cell holds a value: a number, a time, a list of numbers or a word for a truth.
-
-    Args:
-        cell: cell, stripped.
-    """
+    """Return whether a cell holds a value: a number, a time, a list of numbers or a word for a truth."""
     return bool(
         NUMBER.fullmatch(cell)
         or COMMAED.fullmatch(cell)

@@ -49,11 +49,7 @@ SECONDS, RATE = 60.0, 2e5
 
 @cache
 def readers() -> tuple[Reader, ...]:
-    """Return all readers: those of other packages first, so that they may replace one.
-
-    Raises:
-        BadInput: when a package's reader cannot be loaded, naming its entry point.
-    """
+    """Return all readers: those of other packages first, so that they may replace one."""
     others: list[Reader] = []
     for point in entry_points(group=GROUP):
         try:
@@ -67,14 +63,7 @@ def readers() -> tuple[Reader, ...]:
 
 
 def reader_of(path: Path) -> Reader | None:
-    """Return the reader of a file; None for a folder of files that belong together.
-
-    Args:
-        path: path of the file, or of a folder.
-
-    Raises:
-        BadInput: when there is none; the message says what the file is, if that is known.
-    """
+    """Return the reader of a file; None for a folder of files that belong together."""
     check_file(path)
     try:
         with path.open("rb") as file:
@@ -95,16 +84,7 @@ def reader_of(path: Path) -> Reader | None:
 def read_files(
     paths: Sequence[Path], wanted: Sequence[str] | None, faults: Faults
 ) -> dict[Path, list[Table]]:
-    """Read the tables of files, one after the other.
-
-    Args:
-        paths: paths of the files, and of folders: the files in a folder are tables of one recording.
-        wanted: names of the columns that are used; None: all.
-        faults: collector of the faults of each file: no reader, a library that is missing, damage.
-
-    Returns:
-        The tables of every file without a fault.
-    """
+    """Read the tables of files, one after the other."""
     found: dict[Path, list[Table]] = {}
     with ExitStack() as stack:
         pool: ProcessPoolExecutor | None = None

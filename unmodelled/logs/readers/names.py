@@ -35,11 +35,6 @@ MOST = 256
 def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) -> Labels:
     """Return the names of the elements of lists in a row.
 
-    Args:
-        texts: lists of texts in the row, by place.
-        lengths: number of elements of the other lists in the row, by place. A list has the names that stand
-            beside it, if there are as many.
-
     Examples:
         >>> labels_of({"arm.name": ["hip", "knee"]}, {"arm.position": 2, "arm.velocity": 0, "position": 2})
         (('arm.position', ('hip', 'knee')),)
@@ -70,11 +65,7 @@ class Beside:
     def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
         """Return the names of the elements of lists in every row.
 
-        Args:
-            table: table with a column for every element.
-
-        Returns:
-            Names, shape (rows,); whether a row has words that name no element, shape (rows,).
+        Gives (rows,) and (rows,).
         """
         names = {place: rows for place, rows in self.names.items() if NAMING.fullmatch(_key(place))}
         if not names:
@@ -99,9 +90,6 @@ class Beside:
 def elements(columns: Iterable[str]) -> dict[str, list[str]]:
     """Return the columns that are elements of lists, in order, by place of the list.
 
-    Args:
-        columns: names of columns.
-
     Examples:
         >>> elements(["t", "field.name0", "field.name1", "q[0]", "tau_1", "tau_2"])
         {'field.name': ['field.name0', 'field.name1'], 'q': ['q[0]'], 'tau': ['tau_1', 'tau_2']}
@@ -125,13 +113,7 @@ def _is_number(word: str) -> bool:
 
 
 def by_cells(table: Table, beside: Beside) -> list[Table]:
-    """Return the tables of a file by the names in its cells, see `by_name`.
-
-    Args:
-        table: table of the file. Its elements of lists have the names of columns that the file gives, such as
-            `field.position0`, and texts may be elements of lists of names, such as `field.name0`.
-        beside: further names, and lengths of lists, which are added to.
-    """
+    """Return the tables of a file by the names in its cells, see `by_name`."""
     for place, parts in elements(table.texts).items():
         beside.names.setdefault(place, list(zip(*(table.texts[part] for part in parts), strict=True)))
     labels, wrong = beside.labels(table)
@@ -158,13 +140,7 @@ def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[st
 
     Publishers that follow each other, such as a node that is started again, are one.
 
-    Args:
-        table: table of all messages, with a column for every element.
-        labels: names of the elements of lists in every row, shape (rows,).
-        publishers: name of the publisher of every row, shape (rows,).
-
-    Returns:
-        Tables with the name of the topic, or of the topic and the publisher, such as "/joint_states@/driver".
+    Takes labels (rows,), publishers (rows,).
     """
     rows: dict[str, list[int]] = {}
     for k, (publisher, names) in enumerate(zip(publishers, labels, strict=True)):
@@ -192,9 +168,7 @@ def by_name(table: Table, labels: Sequence[Labels]) -> list[Table]:
     the names changes, there is a column for every name. Rows of different things, as of two publishers on one
     topic, become tables of their own.
 
-    Args:
-        table: table whose elements of lists are the columns `position[0]`, `position[1]`, ...
-        labels: names of the elements in every row, shape (rows,).
+    Takes labels (rows,).
 
     Examples:
         >>> table = Table("", {"position[0]": np.array([1.0, 4.0]), "position[1]": np.array([2.0, 3.0])})

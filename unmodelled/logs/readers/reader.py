@@ -23,12 +23,7 @@ LONGEST = 1000
 
 
 def long_name(path: Path, name: str) -> BadInput:
-    """Return the error that the name of a column is too long.
-
-    Args:
-        path: path of the file.
-        name: name of the column.
-    """
+    """Return the error that the name of a column is too long."""
     return BadInput(
         f"{path}: column {shown(name)}: its name has {len(name)} characters, more than {LONGEST}: rename it"
     )
@@ -67,16 +62,12 @@ class Table:
     def numbered(self, rows: Rows) -> Rows:
         """Return the numbers of rows in the file, as an editor counts.
 
-        Args:
-            rows: rows of this table, from 0, shape (rows,).
+        Takes rows (rows,).
         """
         return rows + self.first if self.rows is None else self.rows[rows]
 
     def address(self, column: str) -> str:
         """Return the name by which a mapping finds a column of this table in its file.
-
-        Args:
-            column: name of a column.
 
         Examples:
             >>> Table("/joints", {"position[0]": np.zeros(2)}).address("position[0]")

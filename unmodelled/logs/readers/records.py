@@ -70,13 +70,7 @@ class Records:
         self._known: dict[Labels, Labels] = {}
 
     def add(self, record: Any, t: float | None = None, publisher: str = "") -> None:
-        """Add a record.
-
-        Args:
-            record: numbers, texts, lists of them, and fields inside fields.
-            t: time of the record, s; None (default) where the format has no clock.
-            publisher: name of the publisher of the record; "" (default) where the format has none.
-        """
+        """Add a record."""
         found = _Row(self._fields)
         found.add("", record, 0)
         for name, number in found.numbers.items():
@@ -97,11 +91,7 @@ class Records:
         return len(self._labels)
 
     def tables(self) -> list[Table]:
-        """Return the table of all records, one for each publisher that names other things; none if empty.
-
-        Raises:
-            MemoryError: when every record has other fields, so that their columns would take too much memory.
-        """
+        """Return the table of all records, one for each publisher that names other things; none if empty."""
         cells = len(self) * (len(self._numbers) + len(self._texts))
         if not fits(CELL * cells):
             raise MemoryError
@@ -177,12 +167,7 @@ def _number(value: Any) -> float:
 def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:
     """Return the columns of an array: itself, or one for every element of a row.
 
-    Args:
-        name: name of the array.
-        values: numbers of shape (rows,) or (rows, elements).
-
-    Returns:
-        Columns by name, each of shape (rows,).
+    Takes values (rows,); gives (rows,).
 
     Examples:
         >>> {name: column.tolist() for name, column in listed("q", np.eye(2)).items()}
@@ -196,13 +181,7 @@ def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:
 
 
 def is_wanted(topic: str, wanted: Sequence[str] | None) -> bool:
-    """Return whether a topic must be read.
-
-    Args:
-        topic: name of the topic, which begins with "/".
-        wanted: names of the columns that are used; None: all. A name that does not begin with "/" may be that
-            of a column of any topic.
-    """
+    """Return whether a topic must be read."""
     if wanted is None or not all(name.startswith("/") for name in wanted):
         return True
     return any(name.startswith((f"{topic}.", f"{topic}{PUBLISHER}")) for name in wanted)
@@ -219,13 +198,7 @@ def tables_by_length(
 
     The longer axis of a matrix is time.
 
-    Args:
-        name: name of the place.
-        arrays: numbers by name, each of shape (rows,), (rows, columns) or (columns, rows).
-        units: unit by name of an array, where it has one.
-        texts: single texts by name.
-        names: lists of texts by name, which may name the elements of the arrays: one for all rows, or one for
-            each; default none.
+    Takes arrays (rows,).
     """
     found: dict[int, dict[str, Array]] = {1: {}} if texts else {}
     given: dict[str, str] = {}
@@ -252,11 +225,7 @@ def tables_by_length(
 
 
 def message_fields(message: Any) -> Mapping[str, Any] | None:
-    """Return the fields of a message of ROS; a time stamp is a number, in s.
-
-    Args:
-        message: message or field; None is returned for numbers, texts and lists.
-    """
+    """Return the fields of a message of ROS; a time stamp is a number, in s."""
     names = getattr(message, "__dataclass_fields__", None) or getattr(type(message), "__slots__", None)
     if isinstance(message, Mapping):
         names = message

@@ -37,15 +37,6 @@ def write_figures(folder: Path) -> dict[str, Exception]:
     Without effects, the figure of the remaining residual is omitted, because it equals the residual before. A
     figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks to check the
     logs has two figures.
-
-    Args:
-        folder: folder of the diagnosis, with the tables in `tables`.
-
-    Returns:
-        Errors of the omitted figures, by name of the file.
-
-    Raises:
-        BadInput: when figures.json cannot be written, or tables/about.json cannot be read.
     """
     chosen = figures_of(folder)
     faults: dict[str, Exception] = {}
@@ -62,14 +53,7 @@ def write_figures(folder: Path) -> dict[str, Exception]:
 
 
 def figures_of(folder: Path) -> Mapping[str, Draw]:
-    """Return the figures of a diagnosis by name, in the order of the page.
-
-    Args:
-        folder: folder of the diagnosis.
-
-    Raises:
-        BadInput: when tables/about.json cannot be read.
-    """
+    """Return the figures of a diagnosis by name, in the order of the page."""
     about = tables.about(folder)
     figures = UNFITTED if about["verdict"] == "check_logs" else FIGURES
     return {name: draw for name, draw in figures.items() if about["effects"] or name != "left_over"}

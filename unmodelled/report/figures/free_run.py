@@ -21,11 +21,6 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, tuple[str, st
 
     Left, the outputs; a free run starts at the measured state and sees the inputs only, a new one every
     horizon. Right, the simulated minus the measured output.
-
-    Args:
-        rows: samples of the experiment: t (s), `<name>_measured` and `<name>_simulated` of every output.
-        units: units of the outputs and of their errors, by the names of the outputs.
-        title: name of the experiment.
     """
     figure = new_figure(0.9 + 1.9 * len(units))
     grid = figure.subplots(len(units), 2, sharex=True, squeeze=False)

@@ -20,11 +20,6 @@ def learned_law(samples: pd.DataFrame, axes: Mapping[str, str], unit: str) -> Fi
     """Effort of a network and its formula over each coordinate of the port, and the difference of the two.
 
     Points are measured states of the training experiments.
-
-    Args:
-        samples: columns position, velocity, effort and formula.
-        axes: labels of the coordinates that the port has, by column; one or two.
-        unit: unit of the effort.
     """
     figure = new_figure(3.6)
     panels = figure.subplots(1, len(axes) + 1, squeeze=False)[0]
@@ -46,11 +41,7 @@ def learned_law(samples: pd.DataFrame, axes: Mapping[str, str], unit: str) -> Fi
 
 @styled
 def losses(history: pd.DataFrame) -> Figure:
-    """Loss of every model after each epoch, and their median.
-
-    Args:
-        history: columns fold, repeat, epoch and loss.
-    """
+    """Loss of every model after each epoch, and their median."""
     figure = new_figure(2.8)
     axes = figure.subplots()
     groups = [part for _, part in history.groupby(["fold", "repeat"], sort=False)]

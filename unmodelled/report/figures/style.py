@@ -92,11 +92,7 @@ def verbatim() -> Iterator[None]:
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Run a function that draws a figure inside `style`.
-
-    Args:
-        draw: function that draws a figure.
-    """
+    """Run a function that draws a figure inside `style`."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -107,12 +103,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def save(figure: Figure, to: Path | BinaryIO) -> None:
-    """Write a figure as SVG without a date; equal figures give equal files.
-
-    Args:
-        figure: figure to write.
-        to: path of the file, or an open file.
-    """
+    """Write a figure as SVG without a date; equal figures give equal files."""
     with style():  # ticks are made, with the settings of that moment, while the file is drawn
         FigureCanvasSVG(figure)  # by whose letters the layout is made
         if (layout := figure.get_layout_engine()) is not None:
@@ -122,11 +113,7 @@ def save(figure: Figure, to: Path | BinaryIO) -> None:
 
 
 def svg(figure: Figure) -> bytes:
-    """Return the SVG file of a figure, as `save` writes it.
-
-    Args:
-        figure: figure to write.
-    """
+    """Return the SVG file of a figure, as `save` writes it."""
     file = BytesIO()
     save(figure, file)
     return file.getvalue()
@@ -141,50 +128,31 @@ class Drawing(Figure):
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """Return an empty figure whose parts never overlap.
-
-    Args:
-        height: height, in.
-        width: width, in; default: the text width of a page.
-    """
+    """Return an empty figure whose parts never overlap."""
     return Drawing(figsize=(width, height), layout="constrained")
 
 
 def shades(n: int) -> list[tuple[float, float, float, float]]:
-    """Return colours from dark to light for the levels of a factor.
-
-    Args:
-        n: number of colours.
-    """
+    """Return colours from dark to light for the levels of a factor."""
     return [tuple(mpl.colormaps["viridis"](x)) for x in np.linspace(0.0, 0.82, max(n, 2))[:n]]
 
 
 def halo(width: float) -> list[Stroke | Normal]:
-    """Return a white outline, which makes a black line visible on every background.
-
-    Args:
-        width: width of the outline, points.
-    """
+    """Return a white outline, which makes a black line visible on every background."""
     return [Stroke(linewidth=width, foreground="white"), Normal()]
 
 
 def in_pi(angle: float) -> str:
     """Format an angle as a multiple of pi.
 
-    Args:
-        angle: angle, rad.
+    Takes angle in rad.
     """
     multiple = f"{angle / np.pi:.3g}"
     return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
 
 
 def level(factor: str, value: float) -> str:
-    """Format a factor with its value and unit.
-
-    Args:
-        factor: name of the factor: V, m, H or beta.
-        value: value in SI units.
-    """
+    """Format a factor with its value and unit."""
     return {
         "V": f"V = {value:.3g} V",
         "m": f"m = {value:.2f} kg",
@@ -194,55 +162,32 @@ def level(factor: str, value: float) -> str:
 
 
 def signed(value: float) -> str:
-    """Format a number with two decimals and a minus sign.
-
-    Args:
-        value: number to format.
-    """
+    """Format a number with two decimals and a minus sign."""
     return f"{value:.2f}".replace("-", "−")
 
 
 def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) -> str:
-    """Format the settings of an experiment.
-
-    Args:
-        run: row of the experiment.
-        factors: names of the factors; default: V, m, H and beta.
-    """
+    """Format the settings of an experiment."""
     return ", ".join(level(factor, float(run[factor])) for factor in factors)
 
 
 def thin(*arrays: Array, points: int = 1500) -> list[Array]:
     """Return every k-th sample of arrays, so that about `points` samples remain.
 
-    Args:
-        points: number of remaining samples; default 1500.
-        *arrays: arrays of the same length, each of shape (n,).
-
-    Returns:
-        Thinned arrays, each of shape (n / k,).
+    Takes arrays (n,); gives (n / k,).
     """
     step = max(1, -(-len(arrays[0]) // points))
     return [array[::step] for array in arrays]
 
 
 def angle_axis(axes: Axes) -> None:
-    """Set the horizontal axis to one revolution, with ticks at multiples of pi/2.
-
-    Args:
-        axes: axes that are changed.
-    """
+    """Set the horizontal axis to one revolution, with ticks at multiples of pi/2."""
     axes.set_xlim(0.0, 2.0 * np.pi)
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 2.0))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(x)))
 
 
 def absent(axes: Axes, text: str) -> None:
-    """Write the reason for an empty panel into it.
-
-    Args:
-        axes: axes of the panel.
-        text: reason for the empty panel, a sentence without full stop.
-    """
+    """Write the reason for an empty panel into it."""
     axes.set_axis_off()
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.4")

@@ -38,21 +38,12 @@ GAP = "gap (standard deviations of the outputs)"
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the diagnosis.
-
-    Args:
-        data: folder of the diagnosis.
-        name: name of the table.
-    """
+    """Read a table of the diagnosis."""
     return read_table(data / "tables" / name, TEXTS)
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Read names, units and shown experiments.
-
-    Args:
-        data: folder of the diagnosis.
-    """
+    """Read names, units and shown experiments."""
     content: dict[str, Any] = read_json(data / "tables" / "about.json")
     return content
 
@@ -77,12 +68,7 @@ class Channel:
 
     @classmethod
     def of(cls, content: dict[str, Any], name: str) -> Channel:
-        """Read an entry of about.json.
-
-        Args:
-            content: content of about.json.
-            name: name of the channel in diagnosis.json.
-        """
+        """Read an entry of about.json."""
         entry = content["channels"][name]
         kind, unit = entry["kind"], entry["unit"]
         quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
@@ -97,39 +83,23 @@ class Channel:
 
 
 def printed(unit: str) -> str:
-    """Format a unit with raised exponents.
-
-    Args:
-        unit: unit as in a system file; a dash stands for no unit.
-    """
+    """Format a unit with raised exponents."""
     return unit_text(unit).replace(" ", "\u2009") or "–"
 
 
 def number(value: float) -> str:
-    """Format a number with three significant digits and a minus sign.
-
-    Args:
-        value: number to format; nan is shown as a dash.
-    """
+    """Format a number with three significant digits and a minus sign."""
     return f"{value:.3g}".replace("-", "−") if math.isfinite(value) else "–"
 
 
 def handle(name: str) -> Line2D:
-    """Return the legend entry of a model that is drawn with markers.
-
-    Args:
-        name: name of the model.
-    """
+    """Return the legend entry of a model that is drawn with markers."""
     look = LOOKS[name]
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(name: str) -> Line2D:
-    """Return the legend entry of a model that is drawn as a line.
-
-    Args:
-        name: name of the model.
-    """
+    """Return the legend entry of a model that is drawn as a line."""
     look = LOOKS[name]
     return Line2D(
         [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
@@ -139,10 +109,7 @@ def line_handle(name: str) -> Line2D:
 def log_gaps(axes: Axes, low: float, high: float) -> None:
     """Make the horizontal axis logarithmic for gaps, with round numbers.
 
-    Args:
-        axes: axes that are changed.
-        low: left end of the axis, in standard deviations of the outputs.
-        high: right end of the axis, in standard deviations of the outputs.
+    Takes low in standard deviations of the outputs, high in standard deviations of the outputs.
     """
     axes.set_xscale("log")
     axes.set_xlim(low, high)

@@ -17,12 +17,7 @@ HIGHEST = 3.0
 
 @styled
 def profile_likelihoods(profiles: pd.DataFrame, best: dict[str, float]) -> Figure:
-    """Deviance of every distribution parameter, with all others at their best, and its 95 % limit.
-
-    Args:
-        profiles: columns name, value and deviance.
-        best: most likely value by name.
-    """
+    """Deviance of every distribution parameter, with all others at their best, and its 95 % limit."""
     names = list(dict.fromkeys(profiles["name"]))
     rows = -(-len(names) // ROW)
     figure = new_figure(0.5 + 2.6 * rows)
@@ -42,12 +37,7 @@ def profile_likelihoods(profiles: pd.DataFrame, best: dict[str, float]) -> Figur
 
 @styled
 def observations(points: pd.DataFrame, unit: str) -> Figure:
-    """Observed outputs beside the prediction of least squares, and how likely the distribution makes them.
-
-    Args:
-        points: columns y, deterministic and log_likelihood_push_forward.
-        unit: unit of the outputs.
-    """
+    """Observed outputs beside the prediction of least squares, and how likely the distribution makes them."""
     figure = new_figure(3.2)
     left, right = figure.subplots(1, 2)
     order = np.argsort(points["deterministic"].to_numpy(np.float64), kind="stable")

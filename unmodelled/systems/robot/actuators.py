@@ -177,21 +177,12 @@ class Drives:
 
 
 def activation(actuator: str) -> str:
-    """Return the name of the state of an actuator with a time constant.
-
-    Args:
-        actuator: name of the actuator.
-    """
+    """Return the name of the state of an actuator with a time constant."""
     return f"act_{actuator}"
 
 
 def input_unit(robot: Robot, actuator: Actuator) -> str:
-    """Return the unit of the input of an actuator.
-
-    Args:
-        robot: robot of the actuator.
-        actuator: actuator; the input of a servo is the wanted position or speed.
-    """
+    """Return the unit of the input of an actuator."""
     units = units_of(robot.joints[actuator.joint])
     if actuator.is_servo:
         return units.position if actuator.kp else units.speed

@@ -145,19 +145,12 @@ class Robot:
 
         These are locked joints, joints that move no inertia, at zero, and joints that follow such a joint. A
         locked joint follows no other one.
-
-        Args:
-            locked: coordinate of every locked joint, by number of the joint.
         """
         ends = {k: self._followed(k, locked) for k in range(len(self.joints))}
         return {k: end.offset for k, end in ends.items() if end.leader is None}
 
     def following(self, locked: Mapping[int, float]) -> dict[int, Coupling]:
-        """Return the gear of every moving joint to a joint that moves by itself, by number of the joint.
-
-        Args:
-            locked: coordinate of every locked joint, by number of the joint.
-        """
+        """Return the gear of every moving joint to a joint that moves by itself, by number of the joint."""
         ends = {k: self._followed(k, locked) for k in range(len(self.joints))}
         return {k: end for k, end in ends.items() if end.leader not in (None, k)}
 

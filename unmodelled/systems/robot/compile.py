@@ -35,17 +35,6 @@ _ZERO = (
 def compiled(text: str, where: str) -> Robot:
     """Return the robot of an MJCF or URDF file.
 
-    Args:
-        text: content of the file.
-        where: start of the error message, such as the path of the file.
-
-    Returns:
-        Bodies, hinge and slide joints, actuators and gravity.
-
-    Raises:
-        BadInput: if MuJoCo refuses the file, or if it has parts that the equations cannot follow.
-        ModuleNotFoundError: if MuJoCo is not installed.
-
     Examples:
         >>> robot = compiled('''<mujoco><worldbody><body name="rod">
         ...   <joint name="pivot" axis="0 1 0" damping="0.1"/>
@@ -58,12 +47,7 @@ def compiled(text: str, where: str) -> Robot:
 
 
 def written_names(model: Any, kind: str) -> list[str]:
-    """Return the names of all bodies, joints or actuators; elements without a name are numbered.
-
-    Args:
-        model: compiled model of MuJoCo.
-        kind: kind of element, one of `KINDS`.
-    """
+    """Return the names of all bodies, joints or actuators; elements without a name are numbered."""
     import mujoco
 
     code, first = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), int(kind != "body")
@@ -73,9 +57,6 @@ def written_names(model: Any, kind: str) -> list[str]:
 
 def plain_name(written: str) -> str:
     """Return the name of an element as a name of a system file.
-
-    Args:
-        written: name in the robot file.
 
     Examples:
         >>> plain_name("left-knee"), plain_name("1")

@@ -74,9 +74,6 @@ class Efforts:
 
         Where the system does not drive a joint as its file does, the symbol applied_<joint> stands for the
         effort that is applied to the joint.
-
-        Args:
-            system: system with the numbers of the file that are parameters, possibly with effects.
         """
         scope, found = scope_of(system), {}
         for name in self.joints:
@@ -93,13 +90,6 @@ class Efforts:
         """Return the whole effort that moves each joint in a system.
 
         What is applied to a joint, see `of_file`, is its symbol.
-
-        Args:
-            system: system of the robot, possibly with effects.
-            laws: whether the known laws of the ports are part of it, default True.
-
-        Raises:
-            BadInput: if the system file has other dynamics than the robot.
         """
         scope, applied = scope_of(system), self.applied(system)
         at_ports = {symbol(p.effort): (p.law if laws else None) or sp.S.Zero for p in system.ports}
@@ -126,11 +116,7 @@ class Efforts:
         return ast.unparse(call.args[[*arguments].index(f"robot.torque_{joint}")])
 
     def applied(self, system: System) -> dict[str, sp.Expr]:
-        """Return the effort that is applied to each joint that its file does not drive as the system does.
-
-        Args:
-            system: system of the robot, possibly with effects.
-        """
+        """Return the effort that is applied to each joint that its file does not drive as the system does."""
         return {n: system.signals[f"drive_{n}"] for n in self.joints if n not in self.controls}
 
 

@@ -43,14 +43,7 @@ _PLACES = ("meshdir", "texturedir", "assetdir", "fusestatic")
 
 
 def robot_text(path: Path) -> str:
-    """Read a robot file as text.
-
-    Args:
-        path: MJCF or URDF file.
-
-    Raises:
-        BadInput: if the file cannot be read, is too large or is not UTF-8.
-    """
+    """Read a robot file as text."""
     check_file(path)
     try:
         if path.stat().st_size > LARGEST:
@@ -89,13 +82,6 @@ class Needed:
     @classmethod
     def of(cls, text: str, where: str) -> Needed:
         """Return what the dynamics need of a robot file.
-
-        Args:
-            text: content of an MJCF or URDF file.
-            where: start of the error message, such as the path of the file.
-
-        Raises:
-            BadInput: if the text is no MJCF and no URDF, or has parts that the equations cannot follow.
 
         Examples:
             >>> xml = '<mujoco><asset><mesh name="m" file="/x.stl"/></asset><worldbody/></mujoco>'
@@ -147,9 +133,6 @@ def _root(text: str, where: str) -> ET.Element:
 def listed(names: Sequence[str]) -> str:
     """Return names for a sentence, the first few if there are many.
 
-    Args:
-        names: names.
-
     Examples:
         >>> listed([*"abcdefgh"])
         'a, b, c, d, e, f and 2 more'
@@ -159,11 +142,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def named(element: ET.Element) -> str:
-    """Return an element with its name, for a message.
-
-    Args:
-        element: element of the file.
-    """
+    """Return an element with its name, for a message."""
     name = element.get("name") or element.get("joint") or element.get("class")
     return f"{element.tag} {name!r}" if name else element.tag
 

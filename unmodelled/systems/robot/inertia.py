@@ -33,14 +33,7 @@ class Inertia:
 
 
 def of_link(s: Steps, robot: Robot, link: Link, value: Value) -> Inertia:
-    """Return the mass properties of a link in its frame, without those of the links that it carries.
-
-    Args:
-        s: recorder of the steps.
-        robot: robot with the bodies of the link.
-        link: link of the robot.
-        value: value of a number of the file.
-    """
+    """Return the mass properties of a link in its frame, without those of the links that it carries."""
     whole = Inertia(sp.S.Zero, ZERO, (ZERO, ZERO, ZERO))
     for k, placement in link.bodies.items():
         whole = joined(s, whole, _placed(s, robot.bodies[k], placement, value))
@@ -67,11 +60,7 @@ def _placed(s: Steps, body: Body, place: Placement, value: Value) -> Inertia:
 def moved(s: Steps, inertia: Inertia, rotation: Matrix, origin: Vector) -> Inertia:
     """Return mass properties in another frame, about the origin of that frame.
 
-    Args:
-        s: recorder of the steps.
-        inertia: mass properties in their own frame.
-        rotation: matrix from their frame to the other one.
-        origin: origin of their frame in the other one, m.
+    Takes origin in m.
     """
     mass, p = inertia.mass, origin
     h = s.times(rotation, inertia.moment)
@@ -92,12 +81,6 @@ def moved(s: Steps, inertia: Inertia, rotation: Matrix, origin: Vector) -> Inert
 
 
 def joined(s: Steps, one: Inertia, other: Inertia) -> Inertia:
-    """Return the mass properties of two bodies that move together, in one frame.
-
-    Args:
-        s: recorder of the steps.
-        one: mass properties of the first body.
-        other: mass properties of the second body.
-    """
+    """Return the mass properties of two bodies that move together, in one frame."""
     a, b, c = (s.plus(x, y) for x, y in zip(one.matrix, other.matrix, strict=True))
     return Inertia(s(one.mass + other.mass), s.plus(one.moment, other.moment), (a, b, c))

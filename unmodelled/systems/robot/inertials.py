@@ -56,13 +56,6 @@ def inertials(root: ET.Element, where: str) -> dict[str, Inertial]:
 
     The attributes of `compiler` with which MuJoCo mends inertias act as in MuJoCo: `boundmass`,
     `boundinertia` and `balanceinertia`.
-
-    Args:
-        root: element `robot`, changed.
-        where: start of the error message, such as the path of the file.
-
-    Raises:
-        BadInput: if a number is missing or is none.
     """
     found = {}
     mended = {key: text for each in root.findall("mujoco/compiler") for key, text in each.attrib.items()}
@@ -78,12 +71,7 @@ def inertials(root: ET.Element, where: str) -> dict[str, Inertial]:
 
 
 def set_inertials(model: Any, found: Mapping[str, Inertial]) -> None:
-    """Set the mass properties of the links in a model of MuJoCo.
-
-    Args:
-        model: model of a file that `inertials` changed.
-        found: mass properties by name of the link.
-    """
+    """Set the mass properties of the links in a model of MuJoCo."""
     import mujoco
 
     for name, inertial in found.items():
@@ -145,16 +133,7 @@ def _row(element: ET.Element, key: str, where: str) -> Array:
 
 
 def value_of(text: str, where: str, key: str) -> float:
-    """Return the number of an attribute.
-
-    Args:
-        text: content of the attribute.
-        where: start of the error message: file and element.
-        key: name of the attribute.
-
-    Raises:
-        BadInput: if the text is no finite number.
-    """
+    """Return the number of an attribute."""
     try:
         value = float(text)
     except ValueError:

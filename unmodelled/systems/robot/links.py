@@ -90,12 +90,7 @@ class Tree:
 
     @classmethod
     def of(cls, robot: Robot, locked: Mapping[int, float]) -> Tree:
-        """Return the links of a robot.
-
-        Args:
-            robot: bodies and joints.
-            locked: coordinate (rad or m) of every locked joint, by number of the joint.
-        """
+        """Return the links of a robot."""
         resting, following = robot.resting(locked), robot.following(locked)
         links: list[Link] = []
         places: dict[int, tuple[int, Placement]] = {-1: (-1, Placement(np.eye(3), np.zeros(3)))}
@@ -131,11 +126,7 @@ def _moved(joint: Joint, q: float) -> Placement:
 def about_z(angle: float) -> Array:
     """Return the matrix of a rotation about z.
 
-    Args:
-        angle: angle, rad.
-
-    Returns:
-        Matrix, shape (3, 3).
+    Takes angle in rad; gives (3, 3).
     """
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -214,11 +205,7 @@ def _about_x(angle: float) -> Array:
 def clean(numbers: Array) -> Array:
     """Return numbers without the rounding errors of 0, 1 and -1.
 
-    Args:
-        numbers: numbers, shape (...).
-
-    Returns:
-        Cleaned numbers, shape (...).
+    Takes numbers (...); gives (...).
     """
     near = np.clip(np.round(numbers), -1.0, 1.0)
     return np.where(np.abs(numbers - near) < _ROUNDING, near, numbers)

@@ -43,16 +43,7 @@ class Loaded:
 
 
 def loaded(text: str, where: str) -> Loaded:
-    """Compile an MJCF or URDF file, of which only the dynamics are read.
-
-    Args:
-        text: content of the file.
-        where: start of the error message, such as the path of the file.
-
-    Raises:
-        BadInput: if MuJoCo refuses the file, or if it has parts that the equations cannot follow.
-        ModuleNotFoundError: if MuJoCo is not installed.
-    """
+    """Compile an MJCF or URDF file, of which only the dynamics are read."""
     import mujoco
 
     needed = Needed.of(text, where)
@@ -93,16 +84,7 @@ def _of_inertials(model: Any, needed: Needed) -> Iterator[str]:
 
 
 def couplings(model: Any, names: list[str], where: str) -> dict[int, Coupling]:
-    """Return the gears between joints by number of the joint that follows.
-
-    Args:
-        model: compiled model.
-        names: names of the joints.
-        where: start of the error message.
-
-    Raises:
-        BadInput: if a gear is not linear, or if a joint follows several joints or itself.
-    """
+    """Return the gears between joints by number of the joint that follows."""
     found: dict[int, Coupling] = {}
     for e in np.flatnonzero(model.eq_active0):
         k, leader = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
@@ -128,13 +110,7 @@ def couplings(model: Any, names: list[str], where: str) -> dict[int, Coupling]:
 
 
 def check_finite(model: Any, names: dict[str, list[str]], where: str) -> None:
-    """Refuse a model with a number that is infinite or none.
-
-    Args:
-        model: compiled model.
-        names: names of the elements by kind.
-        where: start of the error message.
-    """
+    """Refuse a model with a number that is infinite or none."""
     for kind, arrays in _FINITE.items():
         for array in arrays:
             wrong = ~(np.abs(np.asarray(getattr(model, array), np.float64)) < LARGEST_NUMBER)

@@ -19,16 +19,7 @@ _NONE, _ROUNDED = 1e-15, 1e-12
 
 
 def massless(model: Any, robot: Robot, where: str) -> tuple[int, ...]:
-    """Return the numbers of the joints that move no inertia in any pose.
-
-    Args:
-        model: compiled model of MuJoCo.
-        robot: robot of the model.
-        where: start of the error message.
-
-    Raises:
-        BadInput: if a mass is negative, or if torques do not determine the motion of the other joints.
-    """
+    """Return the numbers of the joints that move no inertia in any pose."""
     for body in robot.bodies:
         if body.mass < 0.0:
             words = "a mass must not be negative: correct it"

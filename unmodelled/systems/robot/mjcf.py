@@ -15,14 +15,7 @@ _TURNED = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
 
 
 def write(tree: RobotTree, robot: Robot, wanted: Mapping[Key, float], changed: Mapping[Key, float]) -> None:
-    """Write numbers into the elements of a file, as far as MJCF can say them.
-
-    Args:
-        tree: elements of the file, which are changed.
-        robot: robot of the file.
-        wanted: all its numbers, in SI units.
-        changed: numbers that the file does not hold yet, in SI units.
-    """
+    """Write numbers into the elements of a file, as far as MJCF can say them."""
     for joint in robot.joints:
         new = of(changed, joint.name, OF_JOINTS)
         _joint(tree.elements["joint"][joint.name], joint, new, tree.degrees)

@@ -31,20 +31,12 @@ class MotionFunction:
     unit: Dimension
 
     def __call__(self, values: Sequence[sp.Expr]) -> sp.Expr:
-        """Return a call of the function as an expression.
-
-        Args:
-            values: expression of each argument.
-        """
+        """Return a call of the function as an expression."""
         known = {x: x for x in self.procedure.inputs} | dict(zip(self.arguments, values, strict=True))
         return evaluated.at(self.procedure, known)
 
     def written(self, call: evaluated) -> list[sp.Expr]:
-        """Return the arguments of a call, in order.
-
-        Args:
-            call: call of the procedure of this function; its other inputs are those of the system.
-        """
+        """Return the arguments of a call, in order."""
         values = dict(zip(self.procedure.inputs, call.args[1:], strict=True))
         return [values.get(x, sp.Float(0.0)) for x in self.arguments]
 
@@ -70,9 +62,5 @@ class RobotModel:
     dynamics: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def function(self, call: evaluated) -> MotionFunction | None:
-        """Return the function that a call calls; None if it is another procedure, such as a derivative.
-
-        Args:
-            call: call of a procedure.
-        """
+        """Return the function that a call calls; None if it is another procedure, such as a derivative."""
         return next((f for f in self.functions.values() if f.procedure == call.args[0]), None)

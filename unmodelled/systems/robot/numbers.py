@@ -34,9 +34,6 @@ OF_BODIES = (
 def numbers(robot: Robot) -> dict[Key, float]:
     """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite.
 
-    Args:
-        robot: bodies, joints and actuators.
-
     Examples:
         >>> from unmodelled.systems.robot.compile import compiled
         >>> robot = compiled('''<mujoco><worldbody><body><joint name="rail" type="slide" damping="3"/>
@@ -67,23 +64,12 @@ def _of_actuator(actuator: Actuator) -> dict[str, float]:
 
 
 def of(all_of_them: Mapping[Key, float], element: str, quantities: Sequence[str]) -> dict[str, float]:
-    """Return the numbers of an element by quantity, without those that are not there.
-
-    Args:
-        all_of_them: numbers by element and quantity.
-        element: name of the element.
-        quantities: quantities of this kind of element, see `OF_JOINTS`.
-    """
+    """Return the numbers of an element by quantity, without those that are not there."""
     return {q: all_of_them[element, q] for q in quantities if (element, q) in all_of_them}
 
 
 def consistent(robot: Robot, wanted: Mapping[Key, float]) -> dict[Key, float]:
-    """Return numbers as a robot file says them: the gain of a motor is part of its gear.
-
-    Args:
-        robot: robot as given.
-        wanted: all its numbers, of which some were changed.
-    """
+    """Return numbers as a robot file says them: the gain of a motor is part of its gear."""
     found = dict(wanted)
     for given in robot.actuators:
         name = given.name
@@ -97,12 +83,7 @@ def consistent(robot: Robot, wanted: Mapping[Key, float]) -> dict[Key, float]:
 
 
 def servo_gains(robot: Robot, wanted: Mapping[Key, float]) -> dict[Key, float]:
-    """Return the gains of servos that follow from their stiffness or damping.
-
-    Args:
-        robot: robot as given.
-        wanted: all its numbers, of which some were changed.
-    """
+    """Return the gains of servos that follow from their stiffness or damping."""
     found = {}
     for given in robot.actuators:
         kp, kv = (wanted[given.name, quantity] for quantity in ("kp", "kv"))
@@ -112,12 +93,7 @@ def servo_gains(robot: Robot, wanted: Mapping[Key, float]) -> dict[Key, float]:
 
 
 def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[Key, float]:
-    """Return the wanted numbers that differ from the found ones by more than their rounding in the file.
-
-    Args:
-        wanted: numbers by element and quantity.
-        found: the same numbers, of a file.
-    """
+    """Return the wanted numbers that differ from the found ones by more than their rounding in the file."""
     # ten digits are written, and a matrix of inertia is turned
     close = {key: isclose(value, found[key], rel_tol=1e-8, abs_tol=1e-14) for key, value in wanted.items()}
     return {key: value for key, value in wanted.items() if not close[key]}
@@ -125,10 +101,6 @@ def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[K
 
 def unit_of(robot: Robot, key: Key) -> str:
     """Return the SI unit of a number.
-
-    Args:
-        robot: robot of the number.
-        key: element and quantity.
 
     Examples:
         >>> from unmodelled.systems.robot.compile import compiled

@@ -34,15 +34,6 @@ def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
 
     What MuJoCo then reads of the file is compared with the wanted numbers.
 
-    Args:
-        text: content of an MJCF or URDF file.
-        where: start of the error message, such as the name of the file.
-        wanted: numbers by element and quantity, see `numbers`; others stay as they are.
-
-    Raises:
-        BadInput: if MuJoCo refuses the file with these numbers, or numbers its elements in another order.
-        ModuleNotFoundError: if MuJoCo is not installed.
-
     Examples:
         >>> arm = '''<mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0"/>
         ...   <geom size="0.1"/></body></worldbody></mujoco>'''

@@ -34,9 +34,6 @@ class Units:
 def units_of(joint: Joint) -> Units:
     """Return the units at a joint.
 
-    Args:
-        joint: hinge or slide joint.
-
     Examples:
         >>> from unmodelled.systems.robot.compile import compiled
         >>> robot = compiled('''<mujoco><worldbody><body name="cart"><joint name="rail" type="slide"/>
@@ -71,9 +68,6 @@ class Property:
     def matches(self, pattern: str) -> bool:
         """Return whether a pattern such as "*.armature" names the number.
 
-        Args:
-            pattern: shell pattern of element and quantity with a dot between them.
-
         Examples:
             >>> Property("elbow", "armature", 0.01, "kg m^2").matches("*.armature")
             True
@@ -82,12 +76,7 @@ class Property:
 
 
 def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
-    """Yield all numbers of a robot file that can influence the motion of its links.
-
-    Args:
-        robot: bodies, joints and actuators.
-        tree: moving links.
-    """
+    """Yield all numbers of a robot file that can influence the motion of its links."""
     moving = [link.joint for link in tree.links]
     for k in sorted(moving):
         joint = robot.joints[k]

@@ -38,14 +38,6 @@ def with_robot(
     The inputs and outputs of the system file are all that the system has; without them, those of the robot
     are. In all other sections, entries of the system file are added to those of the robot. Where the robot
     has an entry of the same name, the fields of the system file replace its fields.
-
-    Args:
-        sections: top-level entries of the system file by name; `model` names the robot file.
-        numbers: patterns of numbers that are parameters though no section names them, see `read_system`.
-
-    Raises:
-        BadInput: if the robot file is no MJCF or URDF file, or if equations cannot follow a part of it.
-        ModuleNotFoundError: if MuJoCo is not installed.
     """
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)

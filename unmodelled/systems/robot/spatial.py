@@ -16,9 +16,6 @@ ZERO: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 def number(value: float) -> sp.Expr:
     """Return a number as an expression; 0 and whole numbers are exact, so that SymPy leaves out what they do.
 
-    Args:
-        value: the number.
-
     Examples:
         >>> number(0.0) * sp.Symbol("x"), number(0.5) * 2
         (0, 1.00000000000000)
@@ -29,8 +26,7 @@ def number(value: float) -> sp.Expr:
 def numbers(values: Iterable[float]) -> Vector:
     """Return three numbers as a vector of expressions.
 
-    Args:
-        values: shape (3,).
+    Takes values (3,).
     """
     x, y, z = map(number, values)
     return x, y, z
@@ -48,11 +44,7 @@ class Steps:
         self._names: dict[sp.Expr, sp.Symbol] = {}
 
     def __call__(self, e: sp.Expr) -> sp.Expr:
-        """Return a name for an expression; numbers, symbols and their products need none.
-
-        Args:
-            e: expression in terms of inputs and earlier steps.
-        """
+        """Return a name for an expression; numbers, symbols and their products need none."""
         if e.is_Number:
             return number(float(e))
         if is_simple(e):
@@ -66,46 +58,24 @@ class Steps:
         return self._names[e]
 
     def vector(self, e: Sequence[sp.Expr]) -> Vector:
-        """Return names for three expressions.
-
-        Args:
-            e: three expressions.
-        """
+        """Return names for three expressions."""
         x, y, z = map(self, e)
         return x, y, z
 
     def cross(self, a: Vector, b: Vector) -> Vector:
-        """Return the vector product a x b.
-
-        Args:
-            a: vector.
-            b: vector.
-        """
+        """Return the vector product a x b."""
         return self.vector((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
     def plus(self, *vectors: Vector) -> Vector:
-        """Return the sum of vectors.
-
-        Args:
-            *vectors: vectors.
-        """
+        """Return the sum of vectors."""
         return self.vector([sp.Add(*parts) for parts in zip(*vectors, strict=True)])
 
     def times(self, m: Matrix, v: Vector) -> Vector:
-        """Return the product of a matrix and a vector.
-
-        Args:
-            m: matrix.
-            v: vector.
-        """
+        """Return the product of a matrix and a vector."""
         return self.vector([sp.Add(*(a * b for a, b in zip(row, v, strict=True))) for row in m])
 
 
 def transposed(m: Matrix) -> Matrix:
-    """Return the transposed matrix.
-
-    Args:
-        m: matrix.
-    """
+    """Return the transposed matrix."""
     a, b, c = zip(*m, strict=True)
     return a, b, c

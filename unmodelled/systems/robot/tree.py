@@ -45,11 +45,7 @@ class RobotTree:
 
     @classmethod
     def of(cls, text: str) -> RobotTree:
-        """Return the tree of a robot file that `compiled` accepts.
-
-        Args:
-            text: content of the file.
-        """
+        """Return the tree of a robot file that `compiled` accepts."""
         builder = _Kept()
         root = ET.fromstring(text, ET.XMLParser(target=builder))
         if root.tag == "robot":
@@ -105,9 +101,6 @@ def _plain(elements: list[ET.Element]) -> list[ET.Element]:
 
 def row(*numbers: float) -> str:
     """Return numbers as an attribute holds them, with ten digits.
-
-    Args:
-        *numbers: numbers.
 
     Examples:
         >>> row(0.1, -2.0)

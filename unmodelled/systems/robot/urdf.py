@@ -14,14 +14,7 @@ _DYNAMICS = {"damping": "damping", "frictionloss": "friction"}
 
 
 def write(tree: RobotTree, robot: Robot, wanted: Mapping[Key, float], changed: Mapping[Key, float]) -> None:
-    """Write numbers into the elements of a file, as far as URDF can say them.
-
-    Args:
-        tree: elements of the file, which are changed.
-        robot: robot of the file.
-        wanted: all its numbers, in SI units.
-        changed: numbers that the file does not hold yet, in SI units.
-    """
+    """Write numbers into the elements of a file, as far as URDF can say them."""
     for joint in robot.joints:
         new = of(changed, joint.name, OF_JOINTS)
         for quantity in new.keys() & _DYNAMICS.keys():

@@ -121,14 +121,6 @@ class Family(ABC):
 
 
 def check_interval(low: float, high: float) -> None:
-    """Refuse an empty or infinite interval.
-
-    Args:
-        low: lower end.
-        high: upper end.
-
-    Raises:
-        BadInput: if low is not less than high, or if one of them is not finite.
-    """
+    """Refuse an empty or infinite interval."""
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise BadInput(f"low must be less than high and both finite, got {low:g} and {high:g}")

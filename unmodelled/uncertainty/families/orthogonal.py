@@ -205,11 +205,7 @@ class TruncatedHermite(Germ):
     def measure(self, count: int) -> tuple[Array, Array]:
         """Return Gauss-Legendre points and weights of the density, without negligible tails.
 
-        Args:
-            count: highest order of the recurrence to be computed; the tails that count grow with it.
-
-        Returns:
-            Points of shape (Q,) and weights of shape (Q,), not normalised, with Q = 64 + 4 count.
+        Gives (Q,) and (Q,).
         """
         least = 40.0 + 4.0 * count  # exp(-least) of the mode's density
         low = max(self.low, -_reach(least, -self.slope))

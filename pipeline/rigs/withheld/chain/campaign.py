@@ -85,14 +85,6 @@ def write_measured(case: MeasuredCase, folder: Path, plan: Plan | None = None) -
 
     The system file has its uncertain parameters 5 to 20 % off. A diagnosis reads system.yaml and logs/ only.
     The folder validation/ holds experiments of other kinds of motion, which tell whether an answer predicts.
-
-    Args:
-        case: case with its measurement chain.
-        folder: folder that is replaced.
-        plan: plan of the runs; default: the plan of the case.
-
-    Raises:
-        BadInput: when the folder cannot be written.
     """
     plan = case.plan() if plan is None else plan
     motion = moved(case, plan)

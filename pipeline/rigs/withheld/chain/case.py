@@ -97,10 +97,6 @@ class MeasuredCase(Case):
         """Return families and channels that these logs cannot tell from an effect because of what is logged.
 
         With one logged output a late input cannot be told from a late output.
-
-        Args:
-            channel: channel of the effect.
-            family: family of the effect.
         """
         if len(self.logged) > 1 or family not in _DELAYS:
             return ()

@@ -31,11 +31,7 @@ class Clock(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Clock:
-        """Draw a clock.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw a clock."""
         return cls(float(rng.uniform(*JITTER)), float(rng.uniform(0.0, FASTEST)), bool(rng.uniform() < 0.5))
 
     def read(self, readings: Readings, rng: np.random.Generator) -> Readings:

@@ -28,11 +28,7 @@ class ClosedLoop(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> ClosedLoop:
-        """Draw the filter of the speed.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw the filter of the speed."""
         return cls(float(rng.uniform(*FILTER)))
 
 

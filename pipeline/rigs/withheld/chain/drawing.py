@@ -19,17 +19,7 @@ Draw = Callable[[int, int], list[MeasuredCase]]
 
 
 def measured_cases(kind: str, count: int, seed: int) -> list[MeasuredCase]:
-    """Return cases of a kind; the first of them are a fair sample of machines and families.
-
-    Args:
-        kind: `null` (nothing planted), `single`, `pair`, `several` (three or four effects) or `outside` (an
-            effect of no family); on machines without inertia, `balance` (one effect) or `balance_null`.
-        count: number of cases, 1 or more.
-        seed: seed of the random generator.
-
-    Raises:
-        BadInput: when there is no such kind, or there are not as many cases.
-    """
+    """Return cases of a kind; the first of them are a fair sample of machines and families."""
     kinds: dict[str, Draw] = {
         "null": _nulls,
         "single": _singles,

@@ -37,11 +37,7 @@ class DriveLag(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DriveLag:
-        """Draw a drive.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw a drive."""
         return cls(float(rng.uniform(*LAG)))
 
     def drive(self) -> tuple[ActuatorEffect, ...]:

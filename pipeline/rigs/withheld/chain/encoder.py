@@ -26,11 +26,7 @@ class CoarseEncoder(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> CoarseEncoder:
-        """Draw an encoder.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw an encoder."""
         return cls(float(np.exp(rng.uniform(*np.log(COARSER)))))
 
     def sensor(self, sensor: Sensor) -> Sensor:

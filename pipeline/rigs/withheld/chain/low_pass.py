@@ -30,11 +30,7 @@ class LowPass(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> LowPass:
-        """Draw a filter.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw a filter."""
         return cls(float(np.exp(rng.uniform(*np.log(CUT_OFF)))), bool(rng.uniform() < 0.5))
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
@@ -45,12 +41,7 @@ class LowPass(Part):
     def filtered(self, y: Array, period: float) -> Array:
         """Return signals (samples, n) after the filter, which was at rest at their first value.
 
-        Args:
-            y: signals, shape (samples, n).
-            period: sampling period, s.
-
-        Returns:
-            Filtered signals, shape (samples, n).
+        Takes y (samples, n), period in s; gives (samples, n).
         """
         sections = butter(2, min(self.cut_off, HIGHEST / period), fs=1.0 / period, output="sos")
         start = sosfilt_zi(sections)[:, :, None] * y[:1][None]

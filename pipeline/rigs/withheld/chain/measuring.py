@@ -42,14 +42,7 @@ class Built:
 
 
 def built(case: MeasuredCase, plan: Plan, effects: Placed, parts: Sequence[Part]) -> Built:
-    """Return the machine of `case` with `effects` (channel, effect) and the `parts` of a chain.
-
-    Args:
-        case: case with its measurement chain.
-        plan: plan of the n runs.
-        effects: channel and effect of every planted effect.
-        parts: parts of the measurement chain.
-    """
+    """Return the machine of `case` with `effects` (channel, effect) and the `parts` of a chain."""
     machine = case.machine
     for part in parts:
         machine = part.machine(machine)
@@ -62,13 +55,7 @@ def built(case: MeasuredCase, plan: Plan, effects: Placed, parts: Sequence[Part]
 
 
 def planted(case: MeasuredCase, plan: Plan, without: Collection[int] = ()) -> list[tuple[str, Effect]]:
-    """Return new objects of the planted effects as they are in this campaign, but for some by number.
-
-    Args:
-        case: case with its measurement chain.
-        plan: plan of the n runs.
-        without: numbers of the effects that are left out.
-    """
+    """Return new objects of the planted effects as they are in this campaign, but for some by number."""
     found = []
     for k, (channel, effect) in enumerate(case.built(plan)):
         for part in case.chain:
@@ -79,12 +66,7 @@ def planted(case: MeasuredCase, plan: Plan, without: Collection[int] = ()) -> li
 
 
 def moved(case: MeasuredCase, plan: Plan) -> Motion:
-    """Simulate the runs of `case`.
-
-    Args:
-        case: case with its measurement chain.
-        plan: plan of the n runs.
-    """
+    """Simulate the runs of `case`."""
     rng = np.random.default_rng([case.seed, 2])
     t = plan.period * np.arange(plan.samples, dtype=np.float64)
     start = case.machine.start(plan.runs, rng)
@@ -96,13 +78,7 @@ def moved(case: MeasuredCase, plan: Plan) -> Motion:
 
 
 def measured(case: MeasuredCase, plan: Plan, motion: Motion) -> Experiments:
-    """Return the logs of a motion: exact outputs are those of the sensors, on the grid of the commands.
-
-    Args:
-        case: case with its measurement chain.
-        plan: plan of the n runs.
-        motion: motion of the n runs.
-    """
+    """Return the logs of a motion: exact outputs are those of the sensors, on the grid of the commands."""
     machine, effects = case.machine, planted(case, plan)
     t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     exact = seen(machine, plan, motion, effects)

@@ -53,13 +53,7 @@ class Motions(NamedTuple):
 
 
 def drawn_motions(learned: int, validation: int, rng: np.random.Generator) -> Motions:
-    """Draw kinds for `learned` runs, and others for `validation` runs.
-
-    Args:
-        learned: number of runs of the logs.
-        validation: number of validation runs.
-        rng: random generator.
-    """
+    """Draw kinds for `learned` runs, and others for `validation` runs."""
     order = [list(KINDS)[k] for k in rng.permutation(len(KINDS)).tolist()]
     mine, others = order[:LEARNED], order[LEARNED:]
     return Motions(

@@ -38,19 +38,11 @@ class Part:
     """Does nothing, unless a subclass says so; its fields are its numbers in SI units."""
 
     def machine(self, machine: Machine) -> Machine:
-        """Return the machine as it is built in this campaign.
-
-        Args:
-            machine: machine without planted effects.
-        """
+        """Return the machine as it is built in this campaign."""
         return machine
 
     def effect(self, effect: Effect) -> Effect:
-        """Return a planted effect as it is in this campaign.
-
-        Args:
-            effect: planted effect.
-        """
+        """Return a planted effect as it is in this campaign."""
         return effect
 
     def drive(self) -> tuple[ActuatorEffect, ...]:
@@ -58,39 +50,22 @@ class Part:
         return ()
 
     def sensor(self, sensor: Sensor) -> Sensor:
-        """Return a sensor as it is in this campaign.
-
-        Args:
-            sensor: sensor of the machine.
-        """
+        """Return a sensor as it is in this campaign."""
         return sensor
 
     def read(self, readings: Readings, rng: np.random.Generator) -> Readings:
-        """Return the readings without noise and counts at the instants of the logger's clock.
-
-        Args:
-            readings: readings of the logger.
-            rng: random generator.
-        """
+        """Return the readings without noise and counts at the instants of the logger's clock."""
         return readings
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
         """Return the readings after a calculation, from those with noise and counts.
 
-        Args:
-            readings: readings of the logger.
-            machine: machine without planted effects.
-            period: sampling period, s.
+        Takes period in s.
         """
         return readings
 
     def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
-        """Return families and channels that a diagnosis of the logged outputs may name for this part.
-
-        Args:
-            machine: machine without planted effects.
-            logged: names of the logged outputs.
-        """
+        """Return families and channels that a diagnosis of the logged outputs may name for this part."""
         return ()
 
     @property
@@ -101,12 +76,7 @@ class Part:
 
 
 def sensor_of(machine: Machine, output: str) -> Sensor:
-    """Return the sensor of an output.
-
-    Args:
-        machine: machine without planted effects.
-        output: name of the output.
-    """
+    """Return the sensor of an output."""
     return next(sensor for sensor in machine.sensors if sensor.output == output)
 
 
@@ -122,10 +92,5 @@ class VaryingPart(Part):
 
     @classmethod
     def drawn(cls, runs: int, rng: np.random.Generator) -> Self:
-        """Draw the excess of every run.
-
-        Args:
-            runs: number of runs.
-            rng: random generator.
-        """
+        """Draw the excess of every run."""
         return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))

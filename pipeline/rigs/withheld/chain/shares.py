@@ -41,11 +41,6 @@ def shares(case: MeasuredCase, plan: Plan, motion: Motion) -> Shares:
 
     A run starts every `HORIZON` seconds at the state that the sensors show, as the diagnosis does it, and has
     the commands of `motion`. There is no noise.
-
-    Args:
-        case: case with its measurement chain.
-        plan: plan of the n runs.
-        motion: motion of the n runs.
     """
     every = range(len(case.effects))
     return Shares(

@@ -20,14 +20,7 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
 
     The window ends at the sample, or lies around it if `centred`; it is shorter at the ends of a run.
 
-    Args:
-        position: positions, shape (samples, n).
-        period: sampling period, s.
-        window: width of the difference, periods.
-        centred: whether the window lies around the sample; otherwise it ends there.
-
-    Returns:
-        Speeds, shape (samples, n).
+    Takes position (samples, n), period in s; gives (samples, n).
     """
     last = len(position) - 1
     k = np.arange(last + 1)
@@ -54,11 +47,7 @@ class DifferencedSpeed(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
-        """Draw window and cut-off; a speed of the drive's controller has a latency.
-
-        Args:
-            rng: random generator.
-        """
+        """Draw window and cut-off; a speed of the drive's controller has a latency."""
         window = float(np.exp(rng.uniform(*np.log(WINDOW))))
         centred = bool(rng.uniform() < 0.5)
         filtered = not centred and rng.uniform() < 0.5

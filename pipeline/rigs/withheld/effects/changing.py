@@ -62,12 +62,7 @@ class ScatteredDamping(PortEffect):
 def spread(runs: int, rng: np.random.Generator) -> Array:
     """Draw values of mean zero and mean square one, none beyond about two.
 
-    Args:
-        runs: number of values.
-        rng: random generator.
-
-    Returns:
-        Values, shape (runs,).
+    Gives (runs,).
     """
     values = rng.uniform(-1.0, 1.0, runs)
     values -= values.mean()
@@ -75,12 +70,5 @@ def spread(runs: int, rng: np.random.Generator) -> Array:
 
 
 def scattered_damping(size: float, least: float, runs: int, rng: np.random.Generator) -> ScatteredDamping:
-    """Draw viscous friction that differs between runs.
-
-    Args:
-        size: root mean square of the change, SI unit of the port.
-        least: smallest change, a negative number, SI unit of the port.
-        runs: number of runs.
-        rng: random generator.
-    """
+    """Draw viscous friction that differs between runs."""
     return ScatteredDamping(np.maximum(least, size * spread(runs, rng)))

@@ -69,11 +69,7 @@ class Effect:
     """An effect that the known physics leaves out; its public fields are its parameters in SI units."""
 
     def refitted(self, machine: Any) -> Any:
-        """Return a machine with the effect built in; the default is the machine itself.
-
-        Args:
-            machine: machine without the effect.
-        """
+        """Return a machine with the effect built in; the default is the machine itself."""
         return machine
 
     @property

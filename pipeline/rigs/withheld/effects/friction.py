@@ -15,11 +15,7 @@ _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2
 def stopping(port: Port) -> Array:
     """Return the impulse that brings the port to rest.
 
-    Args:
-        port: state of the port in n runs.
-
-    Returns:
-        Impulse, SI unit of the port, shape (n,).
+    Gives (n,).
     """
     return port.velocity / np.maximum(port.mobility, _RIGID)
 
