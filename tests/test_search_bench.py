@@ -9,10 +9,14 @@ from pathlib import Path
 import pytest
 
 from benchmarks.search_bench.__main__ import compare, run
-from benchmarks.search_bench.case import SHARES, Case, field, withheld
+from benchmarks.search_bench.case import SHARES, Case, cases_of, field, withheld
 from benchmarks.search_bench.form import Form
 from benchmarks.search_bench.row import read_rows
+from pipeline.rigs.withheld.chain.campaign import write_measured
+from pipeline.rigs.withheld.chain.drawing import measured_cases
 from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+from unmodelled.systems.reader import read_system
 
 ROOT = Path(__file__).parents[1]
 #: Says the family that the word `family=` has; `family=loop` never ends. Writes down that it was called.
@@ -127,6 +131,22 @@ def test_any_first_part_of_the_virtual_cases_has_all_kinds(tmp_path: Path) -> No
     assert {one.kind for one in found[:5]} == {one.kind for one in found[24:29]} == set(SHARES)
     assert [one.name for one in withheld(7000, 7, tmp_path)] == [one.name for one in found[:7]]
     assert len({one.name for one in found}) == 30 and found[24].name.startswith("7001_")
+
+
+def test_a_wrong_number_is_in_the_file_and_in_the_truth(tmp_path: Path) -> None:
+    (case,) = cases_of("number:7:1", tmp_path)
+    case.make()
+    (planted,) = read_json(case.folder / "truth.json")["effects"]
+    name = planted["channel"].removeprefix("parameter:")
+    (factor,) = planted["parameters"].values()
+    right = case.folder / "right"
+    write_measured(measured_cases("null", 1, 7)[0], right)
+    given, known = (
+        {p.name: p.value for p in read_system(system).parameters}
+        for system in (case.system, right / "system.yaml")
+    )
+    assert {n for n in known if given[n] != known[n]} == {name}
+    assert given[name] * factor == pytest.approx(known[name])
 
 
 def test_reported_inputs_have_the_right_answer_of_the_list_beside_them(tmp_path: Path) -> None:

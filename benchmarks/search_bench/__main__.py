@@ -3,7 +3,8 @@
     python -m benchmarks.search_bench cases=withheld:SEED:COUNT out=FOLDER form=old:PATH form=new:PATH,WORD
     python -m benchmarks.search_bench compare old new out=FOLDER
 
-Words: cases (withheld:SEED:COUNT, real:FOLDER of archives, field:FOLDER of inputs; can be given repeatedly),
+Words: cases (withheld:SEED:COUNT, number:SEED:COUNT with a wrong number in every file, real:FOLDER of
+archives, field:FOLDER of inputs; can be given repeatedly),
 form (NAME:CHECKOUT[,WORD...]; repeatedly), out, cap (CPU seconds per case, default 300), jobs (cases side by
 side, default 1). A row that exists is not computed again.
 """

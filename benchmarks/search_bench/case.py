@@ -9,23 +9,31 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import yaml
 
 from pipeline.chapters.known import SUFFIX, KnownCase, read_machine
 from pipeline.rigs.withheld.chain.campaign import write_measured
+from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.chain.drawing import measured_cases
-from pipeline.withheld.folders import LOGS, SYSTEM
+from pipeline.withheld.channels import parameter_channels
+from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH
 from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, write_json
+from unmodelled.diagnosis.decide.usual_mistakes import MISTAKES
+from unmodelled.systems.reader import read_system
 
 ROOT = Path(__file__).parents[2]
 #: Kinds of one seed with their numbers of cases: those of the published tables (docs/diagnosis).
 SHARES: Mapping[str, int] = {"null": 6, "single": 8, "pair": 4, "several": 3, "outside": 3}
+#: Family of a wrong number, and share of those that are wrong by a usual mistake of units.
+FAMILY, UNUSUAL = "parameter_error", 0.25
 #: Names of the published archives in a folder of them; a variable of `make real` goes first.
 ARCHIVES = {
     "xl330": "bam_xl330.zip",
@@ -73,19 +81,25 @@ def cases_of(word: str, folder: Path) -> list[Case]:
     """Return the cases that a word names.
 
     Args:
-        word: `withheld:SEED:COUNT`, `real:FOLDER` or `field:FOLDER`.
+        word: `withheld:SEED:COUNT`, `number:SEED:COUNT`, `real:FOLDER` or `field:FOLDER`.
         folder: folder in which the files of the cases are made.
 
     Raises:
         BadInput: when the word names no cases.
     """
     kind, _, rest = word.partition(":")
-    if kind == "withheld" and (found := re.fullmatch(r"(\d+):(\d+)", rest)):
-        return withheld(int(found[1]), int(found[2]), folder / "withheld")
+    if found := re.fullmatch(r"(\d+):(\d+)", rest):
+        seed, count = int(found[1]), int(found[2])
+        if kind == "withheld":
+            return withheld(seed, count, folder / "withheld")
+        if kind == "number":
+            return wrong_numbers(seed, count, folder / "number")
     if kind in ("real", "field") and Path(rest).is_dir():
         make = real if kind == "real" else field
         return list(make(Path(rest).resolve(), folder / kind))
-    raise BadInput(f"cases: must be withheld:SEED:COUNT, real:FOLDER or field:FOLDER, got {word!r}")
+    raise BadInput(
+        f"cases: must be withheld:SEED:COUNT, number:SEED:COUNT, real:FOLDER or field:FOLDER, got {word!r}"
+    )
 
 
 def withheld(seed: int, count: int, folder: Path) -> list[Case]:
@@ -110,6 +124,44 @@ def withheld(seed: int, count: int, folder: Path) -> list[Case]:
             make = partial(_once, own, partial(write_measured, case, own))
             found.append(Case(own.name, kind, own, own / SYSTEM, own / LOGS, make))
     return found[:count]
+
+
+def wrong_numbers(seed: int, count: int, folder: Path) -> list[Case]:
+    """Return virtual machines with one effect or none, whose file has a wrong number that it calls known."""
+    found = []
+    for k in range(-(-count // (SHARES["null"] + SHARES["single"]))):
+        for kind in ("null", "single"):
+            for i, case in enumerate(measured_cases(kind, SHARES[kind], seed + k)):
+                own = folder / f"{seed + k}_number_{kind}_{i + 1:02d}"
+                make = partial(_once, own, partial(_with_wrong_number, case, own, [seed + k, i, len(kind)]))
+                found.append(Case(own.name, "number", own, own / SYSTEM, own / LOGS, make))
+    return found[:count]
+
+
+def _with_wrong_number(case: MeasuredCase, folder: Path, seed: Sequence[int]) -> None:
+    """Write a case, then change a known number of its file: by 10 to 40 %, or by a usual mistake of units."""
+    write_measured(case, folder)
+    rng, path = np.random.default_rng(seed), folder / SYSTEM
+    content, truth = yaml.safe_load(path.read_text()), read_json(folder / TRUTH)
+    known = {n: p for n, p in content["parameters"].items() if not p.get("identify") and n != "g"}
+    known = {n: p for n, p in known.items() if p["value"] != 0.0}
+    if not known:  # a machine of which all numbers are uncertain
+        return
+    name = rng.choice(sorted(known))
+    usual = rng.choice([*MISTAKES]) ** rng.choice([-1.0, 1.0])
+    factor = usual if rng.random() < UNUSUAL else np.exp(rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 0.4))
+    known[name]["value"] *= float(factor)
+    path.write_text(yaml.safe_dump(content, sort_keys=False))
+    places = parameter_channels(read_system(path))[f"parameter:{name}"]
+    alike = [{"family": FAMILY, "channel": channel} for channel in sorted(places)]
+    planted = {
+        "family": FAMILY,
+        "channel": f"parameter:{name}",
+        "alike": alike,
+        "parameters": {name: 1 / factor},
+    }
+    truth["effects"].append({**planted, "share": 1.0, "material": True})
+    write_json(folder / TRUTH, truth)
 
 
 def _once(folder: Path, make: Callable[[], object]) -> None:
