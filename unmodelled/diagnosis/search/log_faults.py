@@ -32,6 +32,7 @@ from unmodelled.diagnosis.search.log_fits import (
     CLOCK_PROBLEM,
     fitted,
     swapped,
+    with_free_numbers,
     with_friction,
     with_inertia,
     with_springs,
@@ -269,17 +270,23 @@ def _good(trials: Trials, suspect: _Suspect) -> bool:
 def _law(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether a law explains as much as a wrong clock.
 
-    It is another inertia, such as that of a rotor, with dry friction if the clock of all experiments is
-    wrong, and stiffening springs if that of some is.
+    If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
+    friction, or a wrong number of the file, and stiffening springs if that of some experiments is.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
         return False
-    system, logs = trials.system, trials.logs
-    friction = with_friction(with_inertia(system), logs)
-    other = friction if suspect.everywhere else with_springs(system, logs)
-    found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
-    left = found.identified(found.none, suspect.steps, not suspect.everywhere)
-    return float(left.sum()) < trials.thresholds.clock_error_ratio * float(suspect.after.sum())
+    system, logs, every = trials.system, trials.logs, not suspect.everywhere
+    if suspect.everywhere:
+        others = [with_friction(with_inertia(system), logs), *with_free_numbers(system)]
+    else:
+        others = [with_springs(system, logs)]
+
+    def left(other: System) -> float:
+        found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
+        return float(found.identified(found.none, suspect.steps, every).sum())
+
+    most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
+    return any(left(other) < most for other in others)
 
 
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
