@@ -74,7 +74,9 @@ class Planted:
         """Tell whether a diagnosed effect names this effect, in whichever experiments the diagnosed effect
         acts.
         """
-        return any((named["family"], channel) in self.answers for channel in channels(named["port"], acts_at))
+        own = [f"parameter:{named['parameter']}"] if named.get("parameter") else []
+        every = [*own, *channels(named["port"], acts_at)]
+        return any((named["family"], channel) in self.answers for channel in every)
 
     def is_placed(self, named: Content) -> bool:
         """Tell whether a diagnosed effect acts in the same experiments as this effect."""

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
-from unmodelled.api import diagnosis as api
+from unmodelled.api import answer as api
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose

@@ -240,11 +240,10 @@ class Answer:
         Raises:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
-        out, drawn = (
-            Path(folder),
-            {"figures": write_figures, PAGE: lambda into: write_page(into, self._command)},
-        )
-        drawn = {name: write for name, write in drawn.items() if pages and not (self.folder / name).exists()}
+        out, page = Path(folder), lambda into: write_page(into, self._command)
+        shown = pages and (self.folder / TABLES).is_dir()  # figures and page are made from the tables
+        parts = {"figures": write_figures, PAGE: page} if shown else {}
+        drawn = {name: write for name, write in parts.items() if not (self.folder / name).exists()}
         left_out = shutil.ignore_patterns(".*", *(() if pages else (LIVE,)))
         sources = {"answer": str(self.folder), **self._sources}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
