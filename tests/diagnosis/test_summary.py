@@ -186,6 +186,15 @@ def test_a_remainder_says_how_much_and_where(
     assert content["remainder"] is None and "remainder: " not in "\n".join(sentences(content))
 
 
+def test_a_wrong_number_beside_which_more_is_missing_is_to_be_corrected_first(
+    content: dict[str, Any],
+) -> None:
+    wrong = content["effects"][0] | {"parameter": "J", "text": "J = 0.02 kg m² instead of 0.05 kg m²"}
+    told = content | {"effects": [wrong], "verdict": "main_effect", "refused": []}
+    assert sentences(told)[-1].startswith("next: correct J in the system file, then diagnose again")
+    assert "correct J" not in sentences(told | {"verdict": "effect"})[-1]
+
+
 def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
     for name in ("a", "b"):
         found = diagnosis(tmp_path / name / "case", FRICTION)

@@ -44,7 +44,17 @@ def sentences(content: Entry) -> list[str]:
     told += [] if robot is None else robot_sentences(robot)
     told += [f"{each['file']} is not offered: {each['reason']}; keep {each['keep']}" for each in refused]
     kept = any(each["file"] == FILE for each in refused)
-    return [*told, f"next: {KEEP if kept else NEXT_STEPS[content['verdict']]}"]
+    return [*told, f"next: {KEEP if kept else _next_step(content)}"]
+
+
+def _next_step(content: Entry) -> str:
+    """What to do next; beside a gap that a wrong number makes, smaller effects are too small to be named."""
+    texts = [str(e.get("text")) for e in content["effects"]]
+    pairs = zip(texts, content["effects"], strict=True)
+    wrong = [e["parameter"] for text, e in pairs if text.startswith(f"{e.get('parameter')} = ")]
+    if content["verdict"] != "main_effect" or not wrong:
+        return NEXT_STEPS[content["verdict"]]
+    return f"correct {' and '.join(wrong)} in the system file, then diagnose again: smaller effects will show"
 
 
 def _verdict(content: Entry) -> Iterator[str]:
