@@ -22,18 +22,16 @@ from pipeline.chapters.known import SUFFIX, KnownCase, read_machine
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.chain.drawing import measured_cases
-from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.diagnosis.decide.usual_mistakes import MISTAKES
-from unmodelled.systems.reader import read_system
 
 ROOT = Path(__file__).parents[2]
 #: Kinds of one seed with their numbers of cases: those of the published tables (docs/diagnosis).
 SHARES: Mapping[str, int] = {"null": 6, "single": 8, "pair": 4, "several": 3, "outside": 3}
 #: Family of a wrong number, and share of those that are wrong by a usual mistake of units.
-FAMILY, UNUSUAL = "parameter_error", 0.25
+FAMILY, MISTAKEN = "parameter_error", 0.25
 #: Names of the published archives in a folder of them; a variable of `make real` goes first.
 ARCHIVES = {
     "xl330": "bam_xl330.zip",
@@ -143,24 +141,17 @@ def _with_wrong_number(case: MeasuredCase, folder: Path, seed: Sequence[int]) ->
     write_measured(case, folder)
     rng, path = np.random.default_rng(seed), folder / SYSTEM
     content, truth = yaml.safe_load(path.read_text()), read_json(folder / TRUTH)
-    known = {n: p for n, p in content["parameters"].items() if not p.get("identify") and n != "g"}
-    known = {n: p for n, p in known.items() if p["value"] != 0.0}
+    sure = ((n, p) for n, p in content["parameters"].items() if not p.get("identify"))
+    known = {n: p for n, p in sure if n != "g" and p["value"] != 0.0}
     if not known:  # a machine of which all numbers are uncertain
         return
     name = rng.choice(sorted(known))
     usual = rng.choice([*MISTAKES]) ** rng.choice([-1.0, 1.0])
-    factor = usual if rng.random() < UNUSUAL else np.exp(rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 0.4))
+    factor = usual if rng.random() < MISTAKEN else np.exp(rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 0.4))
     known[name]["value"] *= float(factor)
     path.write_text(yaml.safe_dump(content, sort_keys=False))
-    places = parameter_channels(read_system(path))[f"parameter:{name}"]
-    alike = [{"family": FAMILY, "channel": channel} for channel in sorted(places)]
-    planted = {
-        "family": FAMILY,
-        "channel": f"parameter:{name}",
-        "alike": alike,
-        "parameters": {name: 1 / factor},
-    }
-    truth["effects"].append({**planted, "share": 1.0, "material": True})
+    planted = {"family": FAMILY, "channel": f"parameter:{name}", "parameters": {name: 1.0 / factor}}
+    truth["effects"].append({**planted, "alike": [], "share": 1.0, "material": True})
     write_json(folder / TRUTH, truth)
 
 

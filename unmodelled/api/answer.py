@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from unmodelled.api.named_effect import GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.files import replacing_folder
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -59,12 +59,11 @@ class Answer:
             found: results of a diagnosis.
         """
         folder = Path(mkdtemp(prefix="unmodelled-"))
-        given = found.diagnosis.system, found.diagnosis.logs
+        system, logs = given = found.diagnosis.system, found.diagnosis.logs
+        files = {"system": system.source, "logs": logs.source}
         try:
-            content = found.write(folder)
-            paths = {"system": given[0].source, "logs": given[1].source}
-            if sources := {name: str(Path(path).absolute()) for name, path in paths.items() if path}:
-                write_json(folder / SUMMARY, content := content | {"sources": sources})
+            sources = {name: str(Path(path).absolute()) for name, path in files.items() if path}
+            content = found.write(folder, sources=sources)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise

@@ -98,10 +98,9 @@ def _amount_of(effect: Mapping[str, Any]) -> str:
     """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
     name = effect_name(effect)
     if effect.get("text"):
-        if str(effect["text"]).startswith(f"{effect.get('parameter')} = "):
-            return str(effect["text"])
         between = ", at " if set(effect["text"]) & {",", ";"} else " at "
-        return str(effect["text"]) + (name.partition(" at ")[2] and between + name.partition(" at ")[2])
+        place = name.partition(" at ")[2]
+        return f"{effect['text']}{between}{place}" if place else str(effect["text"])
     for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
         name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
     entry = main_number(effect)
@@ -144,8 +143,8 @@ def effect_name(entry: Mapping[str, Any]) -> str:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
     law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
-    found = f"{law} of {entry['parameter']}" if "parameter" in entry else ""
-    found = found or f"{law} at {place_name(str(entry['port']))}"
+    place = f"of {entry['parameter']}" if "parameter" in entry else f"at {place_name(str(entry['port']))}"
+    found = f"{law} {place}"
     if entry.get("factor") is not None:
         found += f", where {level_name(entry['factor'], entry['level'])}"
     return found

@@ -53,13 +53,15 @@ class Findings:
         """Return the same findings with further notes."""
         return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
 
-    def write(self, folder: Path, *, machine: bool = True) -> dict[str, Any]:
+    def write(
+        self, folder: Path, *, sources: Mapping[str, str] | None = None, machine: bool = True
+    ) -> dict[str, Any]:
         """Write diagnosis.json, augmented_system.yaml and the robot file, then the tables."""
         if self.exported:
             write_augmented(self.diagnosis, folder)
         if self.robot is not None:
             self.robot.write(folder)
-        content = self.content
+        content = self.content | ({"sources": dict(sources)} if sources else {})
         write_json(folder / SUMMARY, content)
         tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731
         live: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
