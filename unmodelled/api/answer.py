@@ -68,7 +68,7 @@ class Answer:
             shutil.rmtree(folder, ignore_errors=True)
             raise
         answer = cls(folder, content, given)
-        weakref.finalize(answer, shutil.rmtree, folder, ignore_errors=True)
+        weakref.finalize(answer, _remove, folder, os.getpid())
         return answer
 
     @property
@@ -273,3 +273,8 @@ class Answer:
         horizon, seed = self.content["gap"]["horizon"], self.content["seed"]
         command = f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
         return command if system and logs else ""
+
+
+def _remove(folder: Path, owner: int) -> None:
+    if os.getpid() == owner:  # a fork that ends leaves the folder to its parent
+        shutil.rmtree(folder, ignore_errors=True)

@@ -73,8 +73,11 @@ def _effect(one: Visible, pairs: Sequence[Alike]) -> dict[str, Any]:
 
 
 def _shown(one: Visible) -> dict[str, Any]:
-    """The size as a person says it in the units of the logs, where that is another number."""
-    if one.size is None or scale(one.added, one.number) is None:
+    """The size as a person says it in the units of the logs, where that is another number.
+
+    Of a wrong number it is the size of the error, not the right value.
+    """
+    if one.size is None or one.added.is_other_value or scale(one.added, one.number) is None:
         return {}
     number = said(one.added, one.number, (one.size,))
     about = {"symbol": number.symbol, "words": number.words, "unit": number.unit}
