@@ -13,7 +13,7 @@ comma := ,
 given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
 REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
 
-.PHONY: help report measured real test check wheel bench fuzz survive docs clean
+.PHONY: help report measured real test check wheel bench withheld fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -76,6 +76,16 @@ wheel: $(VENV)/tools   ## build the wheel, install it into an empty environment,
 
 bench: $(VENV)/tools  ## speed against peers, as ratios in one run: ARGS=<some of them>
 	$(BIN)/python -m benchmarks $(ARGS)
+
+# the cases of one number are the same everywhere; CASES=2000 is the full run
+WITHHELD := outputs/withheld
+CASES ?= 100
+TRACK ?= planted:7000
+ENTRANT ?= unmodelled
+withheld: $(VENV)/tools  ## the benchmark (docs/withheld): CASES=100 TRACK=planted:7000 ENTRANT=unmodelled; it goes on where it was stopped
+	@$(BIN)/python -m benchmarks.withheld -m cases=$(TRACK):$(CASES) "case=range(0,$(CASES))" entrant=$(ENTRANT) \
+		out=$(WITHHELD) hydra/launcher=joblib
+	@$(BIN)/python -m benchmarks.withheld.table $(firstword $(subst :, ,$(ENTRANT))) out=$(WITHHELD)
 
 fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
 	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)

@@ -3,7 +3,8 @@
 An answer is right if it names family and channel of the planted effect, or of an effect that the logs of this
 machine cannot distinguish from it (`alike` in truth.json). A drifting or scattering parameter has the
 channels at which it acts (`parameter_channels`). Only the verdicts `effect` and `main_effect` name effects.
-Effects that describe the measurement chain (`tolerated` in truth.json) are neither right nor wrong.
+Effects that describe the measurement chain (`tolerated` in truth.json), or that the answer cannot tell from
+one of these, are neither right nor wrong.
 """
 
 from __future__ import annotations
@@ -12,8 +13,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
-
-from unmodelled.diagnosis.data.gap import shrink
 
 Content = Mapping[str, Any]
 ActsAt = Mapping[str, Collection[str]]
@@ -111,6 +110,20 @@ class Case:
     acts_at: ActsAt
     tolerated: frozenset[tuple[str, str]] = frozenset()
 
+    @classmethod
+    def of(
+        cls, truth: Content, diagnosis: Content, acts_at: ActsAt, seen: Sequence[bool], gap_seen: bool = True
+    ) -> Case:
+        """Compare a diagnosis with truth.json; `seen` and `gap_seen` are what the oracle sees."""
+        planted = tuple(Planted.of(row, one) for row, one in zip(truth["effects"], seen, strict=True))
+        tolerated = frozenset((row["family"], row["channel"]) for row in truth.get("tolerated", ()))
+        return cls(planted, truth["verdict"] == OUTSIDE, gap_seen, diagnosis, acts_at, tolerated)
+
+    @property
+    def truth(self) -> str:
+        """The planted effects in words."""
+        return " + ".join(map(str, self.planted)) or "nothing"
+
     @property
     def verdict(self) -> str:
         """Verdict of the diagnosis."""
@@ -123,8 +136,10 @@ class Case:
         return [effect for effect in effects if not self._is_tolerated(effect)]
 
     def _is_tolerated(self, effect: Content) -> bool:
-        said = {(effect["family"], channel) for channel in channels(effect["port"], self.acts_at)}
-        is_planted = any(p.is_named(effect, self.acts_at) for p in self.planted)
+        """Whether an effect, or one that the logs cannot tell from it, describes the measurement chain."""
+        every = [effect, *effect["indistinguishable"]]
+        said = {(e["family"], channel) for e in every for channel in channels(e["port"], self.acts_at)}
+        is_planted = any(p.is_named(e, self.acts_at) for p in self.planted for e in every)
         return bool(said & self.tolerated) and not is_planted
 
     @property
@@ -234,43 +249,8 @@ class Case:
         return named and all(p in said for p in self.planted if p.seen)
 
 
-def judged(
-    truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt, validation: Content | None = None
-) -> dict[str, Any]:
-    """Return a row of the table of cases."""
-    best = refit["oracle"]
-    planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))
-    outside = truth["verdict"] == OUTSIDE
-    tolerated = frozenset((row["family"], row["channel"]) for row in truth.get("tolerated", ()))
-    case = Case(planted, outside, best["gap_seen"], diagnosis, acts_at, tolerated)
-    gap = diagnosis["gap"]
-    return {
-        "system": truth["system"],
-        "level": truth["level"],
-        "family": planted[0].family if planted else "none",
-        "truth": " + ".join(map(str, planted)) or "nothing",
-        "verdict": case.verdict,
-        "said": _said(case),
-        "first_family": case.named[0]["family"] if case.named else case.verdict,
-        "confidence": diagnosis["confidence"],
-        "seen": best["gap_seen"] if outside else all(p.seen for p in planted),
-        **{name: getattr(case, name) for name in ANSWERS},
-        "right": case.right,
-        "set_size": sum(map(len, case.reported)) / max(len(case.named), 1),
-        "reidentified": gap["reidentified"],
-        "floor": gap["floor"],
-        "shrink": gap["shrink"],
-        "oracle_shrink": best["shrink"],
-        "network_shrink": shrink(gap["reidentified"], gap["neural"], gap["floor"]),
-        "sparse_first": _sparse(planted, refit["sparse_regression"]),
-        "material": len(case.material),
-        "material_named": sum(case.material),
-        **_coverage(truth.get("parameters", {}), diagnosis.get("parameters", {})),
-        "harmful": _harmful(diagnosis, validation),
-    }
-
-
-def _said(case: Case) -> str:
+def in_words(case: Case) -> str:
+    """Return the named effects in words, or the verdict."""
     text = " + ".join(
         f"{e['family']} at {e['port']}{_part(e.get('factor'), e.get('level'))}"
         + (f" (or {len(e['indistinguishable'])} more)" if e["indistinguishable"] else "")
@@ -279,27 +259,5 @@ def _said(case: Case) -> str:
     return text or case.verdict
 
 
-def _coverage(true: Content, identified: Content) -> dict[str, int]:
-    intervals = [
-        (values["true"], identified[name]["interval"])
-        for name, values in true.items()
-        if identified.get(name, {}).get("interval") and None not in identified[name]["interval"]
-    ]
-    covered = sum(low <= value <= high for value, (low, high) in intervals)
-    return {"intervals": len(intervals), "covered": covered}
-
-
-def _harmful(diagnosis: Content, validation: Content | None) -> bool | None:
-    if validation is None or diagnosis["verdict"] not in NAMING or validation["augmented"] is None:
-        return None
-    return bool(validation["augmented"] >= validation["reidentified"])
-
-
 def _part(factor: str | None, level: float | str | None) -> str:
     return "" if factor is None else f" where {factor} is {level}"
-
-
-def _sparse(planted: Sequence[Planted], term: Content | None) -> bool:
-    if term is None:
-        return not planted
-    return any((term["family"], term["channel"]) in p.answers for p in planted)

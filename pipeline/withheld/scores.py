@@ -1,6 +1,6 @@
 """Compute the numbers of the withheld check from its table of cases.
 
-The table has the columns of `judging.judged`, and kind, case, seconds (s) and memory (MB).
+The table has the columns of `answers.judged`, and kind, case, seconds (s) and memory (MB).
 """
 
 from __future__ import annotations

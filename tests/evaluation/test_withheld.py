@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from pipeline.withheld import scores as scored
+from pipeline.withheld.answers import judged
 from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import campaigns_in, cases_in
-from pipeline.withheld.judging import judged
 from tests.evaluation.withheld_cases import ACTS_AT, Content, diagnosis, effect, refit, truth
 from unmodelled.base.errors import BadInput
 from unmodelled.systems.reader import read_system

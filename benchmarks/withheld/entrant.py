@@ -1,4 +1,4 @@
-"""A form of the diagnosis: the command `python -m unmodelled diagnose` of a checkout, with further words."""
+"""Who enters the benchmark: a program that reads a system file and logs, and writes an answer."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from resource import struct_rusage
 
+from benchmarks.head_to_head.__main__ import METHODS
 from unmodelled.base.errors import BadInput
 from unmodelled.base.workers import THREADS
 
+ROOT = Path(__file__).parents[2]
 #: Wall seconds per CPU second of the cap: a process that waits forever uses no CPU time.
 PATIENCE = 20.0
 #: Seconds between two looks at a process.
@@ -38,36 +40,49 @@ class Run:
 
 
 @dataclass(frozen=True)
-class Form:
-    """A form of the diagnosis.
+class Entrant:
+    """A program that answers a case: `python <program> system=FILE logs=FOLDER out=FOLDER <words> -q`.
+
+    It writes out/answer.json (see `score`), or out/diagnosis.json, which has the same entries.
 
     Attributes:
         name: name in the rows.
-        checkout: working tree whose program runs.
-        words: further words of the command, such as a switch.
-        program: words after `python` that start a diagnosis; another one is for tests.
+        program: words after `python` that start it.
+        words: further words, such as a switch.
+        checkout: working tree whose packages it imports.
     """
 
     name: str
-    checkout: Path
+    program: tuple[str, ...] = ("-m", "unmodelled", "diagnose")
     words: tuple[str, ...] = ()
-    program: tuple[str, ...] = field(default=("-m", "unmodelled", "diagnose"))
+    checkout: Path = ROOT
 
     @classmethod
-    def of(cls, word: str) -> Form:
-        """Read NAME:CHECKOUT or NAME:CHECKOUT,WORD,WORD.
+    def of(cls, word: str) -> Entrant:
+        """Read a name of `METHODS` or `unmodelled`, NAME:SCRIPT.py, or NAME:CHECKOUT[+WORD...].
+
+        The last one is the diagnosis of another working tree.
 
         Args:
             word: the text.
 
         Raises:
-            BadInput: when there is no such working tree.
+            BadInput: when there is no such entrant.
         """
         name, _, rest = word.partition(":")
-        checkout, *words = rest.split(",")
-        if not name.isidentifier() or not (Path(checkout) / "unmodelled").is_dir():
-            raise BadInput(f"form: must be NAME:CHECKOUT[,WORD...] with a working tree, got {word!r}")
-        return cls(name, Path(checkout).resolve(), tuple(words))
+        if not rest and name in METHODS:
+            return cls(name, ("-m", "benchmarks.withheld.entrants.method", name))
+        if not rest and name == "unmodelled":
+            return cls(name)
+        path, *words = rest.split("+")
+        if name.isidentifier() and Path(path).suffix == ".py" and Path(path).is_file():
+            return cls(name, (str(Path(path).resolve()),), tuple(words))
+        if name.isidentifier() and rest and (Path(path) / "unmodelled").is_dir():
+            return cls(name, words=tuple(words), checkout=Path(path).resolve())
+        raise BadInput(
+            f"entrant: must be unmodelled, {', '.join(METHODS)}, NAME:SCRIPT.py or NAME:CHECKOUT[+WORD...] "
+            f"with a working tree, got {word!r}"
+        )
 
     @property
     def revision(self) -> str:
@@ -76,7 +91,7 @@ class Form:
         return subprocess.run(call, capture_output=True, text=True).stdout.strip()
 
     def run(self, system: Path, logs: Path, out: Path, cap: float) -> Run:
-        """Diagnose in a fresh process of one numerical thread.
+        """Answer in a fresh process of one numerical thread.
 
         Args:
             system: system file.
@@ -84,15 +99,8 @@ class Form:
             out: folder of the answer.
             cap: CPU seconds after which the process is ended.
         """
-        call = [
-            sys.executable,
-            *self.program,
-            f"system={system}",
-            f"logs={logs}",
-            f"out={out}",
-            *self.words,
-            "-q",
-        ]
+        words = f"system={system}", f"logs={logs}", f"out={out}", *self.words, "-q"
+        call = [sys.executable, *self.program, *words]
         env = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(self.checkout)}
         log = out.with_suffix(".log")
         with log.open("w") as told:

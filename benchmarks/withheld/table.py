@@ -1,17 +1,30 @@
-"""Tables of the rows of one form, or of two forms side by side."""
+"""Tables of the rows of one entrant, or of two side by side, and the page with every case.
+
+python -m benchmarks.withheld.table ENTRANT [ENTRANT] out=FOLDER
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.stats import binomtest
 
+from benchmarks.withheld.score import share, summary
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+
 Row = Mapping[str, Any]
 Rows = Mapping[str, Row]
 
-KINDS = ("single", "null", "pair", "several", "outside", "real", "archive", "field")
+KINDS = (
+    *("single", "null", "pair", "several", "outside", "number", "wrong_logs", "twin"),
+    *("real", "archive", "field"),
+)
 #: What is counted, and its heading.
 COUNTED = {
     "first": "named first",
@@ -22,6 +35,72 @@ COUNTED = {
 }
 #: Entries of a row that make two answers differ.
 SAID = ("verdict", "effects")
+PAGE = """<!doctype html><html lang="en"><meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1"><title>Withheld</title>
+<style>
+body {{font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem}}
+div {{overflow-x: auto}} table {{border-collapse: collapse}} td, th {{padding: .2rem .6rem; text-align: left}}
+tr {{border-bottom: 1px solid #8884; vertical-align: top}} .wrong {{background: #d552}}
+</style>
+{}</html>
+"""
+
+
+def rows_of(out: Path, name: str) -> Path:
+    """Return the folder of the rows of an entrant.
+
+    Args:
+        out: folder of the benchmark.
+        name: name of the entrant.
+    """
+    return out / "rows" / name
+
+
+def read_rows(folder: Path) -> dict[str, Row]:
+    """Return the rows of a folder by case.
+
+    Args:
+        folder: folder of an entrant's rows; may be missing.
+    """
+    return {path.stem: read_json(path) for path in sorted(folder.glob("*.json"))}
+
+
+def write_page(forms: Mapping[str, Rows], out: Path) -> None:
+    """Write index.html: rates of every entrant, rates by kind, and every case with links to its files.
+
+    Args:
+        forms: rows by case, by name of the entrant.
+        out: folder of the benchmark.
+    """
+    each = [summary([*rows.values()]) for rows in forms.values()]
+    rates = [[lines[0][0], *(line[1] for line in lines)] for lines in zip(*each, strict=True)]
+    rates[0] = ["measure", *(f"{name}, {len(rows)} cases" for name, rows in forms.items())]
+    parts = ["<h1>Withheld</h1>", "<p>Rates with 95 % intervals (Wilson).</p>", _html(rates)]
+    parts += ["<h2>By kind of case</h2>", _html(_counts({name: [*r.values()] for name, r in forms.items()}))]
+    parts += ["<h2>Cost</h2>", _html(_costs({name: [*rows.values()] for name, rows in forms.items()}))]
+    for name, rows in forms.items():
+        parts += [
+            f"<h2>{escape(name)}: every case</h2>",
+            "<div><table>",
+            "<tr><th>case<th>truth<th>answer<th></tr>",
+        ]
+        for case, row in rows.items():
+            right, links = row.get("right"), (f"cases/{case}", f"truth/{case}/truth.json")
+            own, truth = (
+                f'<a href="{link}">{escape(text)}</a>'
+                for link, text in zip(links, (case, row["truth"]), strict=True)
+            )
+            said = f'<a href="answers/{name}/{case}/answer.json">{escape(_answer(row))}</a>'
+            mark = "" if right is None else "right" if right else "wrong"
+            parts.append(f'<tr class="{mark}"><td>{own}<td>{truth}<td>{said}<td>{mark}</tr>')
+        parts.append("</table></div>")
+    (out / "index.html").write_text(PAGE.format("\n".join(parts)))
+
+
+def _html(rows: Iterable[Sequence[str]]) -> str:
+    head, *body = ["".join(f"<td>{escape(cell)}" for cell in row) for row in rows]
+    lines = "\n".join(f"<tr>{line}</tr>" for line in body)
+    return f"<div><table><tr>{head.replace('<td>', '<th>')}</tr>\n{lines}</table></div>"
 
 
 def page(forms: Mapping[str, Rows]) -> str:
@@ -55,7 +134,7 @@ def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
     """Shares of all cases to which a question applies; without an answer, nothing is named."""
     yield [
         "kind",
-        "form",
+        "entrant",
         "cases",
         *COUNTED.values(),
         "effects named",
@@ -78,7 +157,7 @@ def _value(row: Row, key: str) -> bool | None:
     """One answer of a row; None where the question does not apply."""
     if row["kind"] in ("archive", "field"):
         return None
-    if key in ("first", "in_set", "exact") and row["kind"] in ("null", "outside"):
+    if key in ("first", "in_set", "exact") and row["kind"] in ("null", "outside", "wrong_logs"):
         return None
     if row["error"]:
         return None if key == "harmful" else False
@@ -103,12 +182,11 @@ def _effects(row: Row) -> Sequence[bool]:
 
 
 def _share(values: Sequence[bool | None]) -> str:
-    known = [value for value in values if value is not None]
-    return f"{sum(known)} of {len(known)} ({100 * sum(known) / len(known):.0f} %)" if known else ""
+    return share([value for value in values if value is not None])
 
 
 def _costs(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
-    yield ["form", "CPU s, median", "CPU s, largest", "CPU s, sum", "wall s, median", "memory MB, largest"]
+    yield ["entrant", "CPU s, median", "CPU s, largest", "CPU s, sum", "wall s, median", "memory MB, largest"]
     for name, rows in forms.items():
         if rows:
             cpu, wall, memory = (np.array([row[key] for row in rows]) for key in ("cpu", "wall", "memory"))
@@ -150,3 +228,34 @@ def _marks(row: Row) -> str:
 def _table(rows: Iterator[list[str]]) -> list[str]:
     lines = ["| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows]
     return [lines[0], "|" + "---|" * (lines[0].count("|") - 1), *lines[1:]]
+
+
+def main(words: Sequence[str]) -> None:
+    """Write index.html of entrants, print the tables of the first two, and write them to compare_<names>.md.
+
+    Args:
+        words: names of entrants and out=FOLDER.
+
+    Raises:
+        BadInput: when a word cannot be used, or an entrant has no rows.
+    """
+    given = dict(word.partition("=")[::2] for word in words if "=" in word)
+    names = [word for word in words if "=" not in word]
+    if {*given} != {"out"} or not names:
+        raise BadInput("words: give names of entrants and out=FOLDER")
+    out = Path(given["out"]).resolve()
+    forms = {name: read_rows(rows_of(out, name)) for name in names}
+    if missing := [name for name, rows in forms.items() if not rows]:
+        raise BadInput(f"{rows_of(out, missing[0])}: holds no row; run this entrant first")
+    write_page(forms, out)
+    text = page({name: forms[name] for name in names[:2]})
+    (out / f"compare_{'_'.join(names[:2])}.md").write_text(text)
+    print(text + f"open file://{out / 'index.html'}")
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except BadInput as fault:
+        print(fault, file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,127 @@
+"""Measured machines and reported inputs, from folders that the user has."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from functools import partial
+from pathlib import Path
+
+import yaml
+
+from benchmarks.withheld.case import Case, once
+from pipeline.chapters.known import SUFFIX, read_machine
+from pipeline.withheld.folders import LOGS
+
+ROOT = Path(__file__).parents[2]
+#: Names of the published archives in a folder of them; a variable of `make real` goes first.
+ARCHIVES = {
+    "xl330": "bam_xl330.zip",
+    "so101": "so101.zip",
+    "ur10e_joint": "ur10e.zip",
+    "double_pendulum": "double_pendulum_a0.zip",
+    "silverbox": "silverbox.zip",
+    "cascaded_tanks": "cascaded_tanks.zip",
+    "emps": "../emps",
+    "cam_drivetrain": "../cam-follower-dataset.zip",
+}
+
+
+def real(archives: Path, folder: Path) -> Iterator[Case]:
+    """Yield the measured machines of the project, and archives that bring system files and logs of their own.
+
+    Args:
+        archives: folder of published archives.
+        folder: folder of the cases.
+    """
+    for name, archive in ARCHIVES.items():
+        machine, own = read_machine(ROOT / "systems" / name), folder / name
+        data = Path(os.environ.get(machine.variable) or archives / archive)
+        if data.exists():
+            make = partial(once, own, partial(_acquired, name, machine.variable, data, own))
+            for system in sorted((ROOT / "systems" / name).glob(f"*{SUFFIX}.yaml")):
+                known = machine.cases[part := system.stem.removesuffix(SUFFIX)]
+                case = f"{name}_{part}"
+                yield Case(case, "real", system, own, make, None, known.known, known)
+    for path in sorted(archives.glob("*.zip")):
+        yield from _archived(path, folder / "archives")
+
+
+def _acquired(name: str, variable: str, data: Path, out: Path) -> None:
+    """Convert a published archive to a log folder, as `make real` does it."""
+    words = [["acquire", f"source={name}", f"out={out}"]]
+    if name == "cam_drivetrain":  # sixteen runs of a campaign that is read as a whole
+        raw, read = out.with_name("campaign_raw"), out.with_name("campaign")
+        words = [
+            ["acquire", "source=measured", f"out={raw}"],
+            ["ingest", f"raw={raw}", f"out={read}"],
+            [*words[0], f"source.trajectories={read}"],
+        ]
+    for call in words:
+        command = [sys.executable, "-m", "pipeline", call[0], "-q", *call[1:]]
+        subprocess.run(command, check=True, cwd=ROOT, env={**os.environ, variable: str(data.resolve())})
+
+
+def _archived(path: Path, folder: Path) -> Iterator[Case]:
+    """System files at the top of an archive; `small_x.yaml` has the logs `logs_small` where these exist."""
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        about = f"{path.stem}/known.md"
+        if about not in names:
+            return
+        text = archive.read(about).decode()
+    systems = [Path(n) for n in names if re.fullmatch(rf"{path.stem}/[^/]+\.yaml", n)]
+    for system in sorted(systems):
+        logs = f"logs_{system.stem.split('_')[0]}"
+        logs = logs if any(n.startswith(f"{path.stem}/{logs}/") for n in names) else LOGS
+        own = folder / path.stem
+        make = partial(once, own, partial(shutil.unpack_archive, path, folder))
+        name, right = f"{path.stem}_{system.stem}", _right(text, system.name)
+        yield Case(name, "archive", own / system.name, own / logs, make, None, right)
+
+
+def _right(text: str, system: str) -> str:
+    """The right answer for a system file, from the list below `## Right answers`."""
+    section = text.partition("## Right answers")[2].partition("\n## ")[0]
+    points = [" ".join(point.split()) for point in section.split("\n- ")]
+    named = [p for p in points if any(fnmatch(system, f"{n}*") for n in re.findall(r"^`([^`]+)`", p))]
+    return " ".join(named) or " ".join(section.split())
+
+
+def field(reports: Path, folder: Path) -> Iterator[Case]:
+    """Yield the inputs that every make.py of a folder writes; right answers come from its README.md.
+
+    Args:
+        reports: folder of folders with make.py.
+        folder: folder into which all of it is copied.
+    """
+    if not folder.exists():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(reports, folder, copy_function=shutil.copyfile)
+        for path in (folder, *(p for p in folder.rglob("*") if p.is_dir())):
+            path.chmod(0o755)
+        for script in sorted(folder.glob("*/make.py")):
+            made = subprocess.run(
+                [sys.executable, script.name], cwd=script.parent, capture_output=True, text=True
+            )
+            if made.returncode:
+                print(f"field: {script.parent.name}: {made.stderr.strip().splitlines()[-1]}", file=sys.stderr)
+    rows = [line.split("|") for line in (folder / "README.md").read_text().splitlines()]
+    right = {row[1].strip(): row[3].strip() for row in rows if len(row) > 3}
+    for own in sorted(script.parent for script in folder.glob("*/make.py")):
+        systems = [p for p in sorted(own.glob("*.yaml")) if _is_system(p)]
+        logs = [p for p in sorted(own.iterdir()) if p.is_dir() and any(p.rglob("*.csv"))]
+        for system, log in ((s, p) for s in systems for p in logs):
+            name = f"{own.name}_{system.stem}_{log.name}"
+            yield Case(name, "field", system, log, truth=right.get(own.name, ""))
+
+
+def _is_system(path: Path) -> bool:
+    """Whether a file is a system file that does not have the answer in it."""
+    return "oracle" not in path.stem and "schema" in (yaml.safe_load(path.read_text()) or {})

@@ -1,0 +1,197 @@
+"""Score answers with the truth. Needs Python alone: neither `unmodelled` nor any other package.
+
+    python -m benchmarks.withheld.score truth=FOLDER answers=FOLDER
+
+`truth` has <case>/truth.json and `answers` <case>/answer.json or <case>.json. An answer has
+
+    {"verdict": "effect", "confidence": 0.8, "effects": [{"family": "coulomb_friction", "port": "rail"}]}
+
+- verdict: `effect`, `main_effect` (more is missing than these effects), `no_gap`, `unknown`, `check_logs`.
+- effects, the largest first: family and place (a port, `actuator:<input>`, `sensor:<output>` or
+  `parameter:<name>`); optionally `indistinguishable` (a list of such pairs that these logs cannot tell from
+  it) and `number` (`{"value": 1.2, "interval": [1.1, 1.3]}` in SI, see `NUMBERS`).
+- where, optional: `{"channels": [{"port": "rail", "share": 0.9}]}`, the place of a gap without a law.
+- logs, for `check_logs`: `[{"channel": "torque"}]`.
+- confidence: probability that the answer is right.
+- model, optional: a system file beside it, which the benchmark simulates on motions of another kind.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pipeline.withheld.judging import Case, Content, in_words
+
+Row = dict[str, Any]
+
+TRUTH, ANSWER = "truth.json", "answer.json"
+VERDICTS = ("effect", "main_effect", "no_gap", "unknown", "check_logs")
+#: The number of a family, as truth.json calls it: what an entrant may give with an interval.
+NUMBERS = {
+    "actuator_gain": "excess",
+    "actuator_offset": "offset",
+    "actuator_saturation": "limit",
+    "constant_load": "load",
+    "coulomb_friction": "force",
+    "input_delay": "delay",
+    "sensor_delay": "delay",
+    "sensor_gain": "excess",
+    "sensor_lag": "time",
+    "sensor_offset": "bias",
+}
+#: Heading and entry of a row.
+ASKED = {"named first": "first", "in the set": "in_set", "exactly": "exact", "place": "place"}
+#: Normal quantile of a 95 % interval.
+Z = 1.959964
+
+
+def read_answer(path: Path) -> Row:
+    """Read an answer, with what it may leave out.
+
+    Raises:
+        ValueError: when it is no answer; the text names file and entry.
+    """
+    try:
+        found = json.loads(path.read_text())
+        effects = [dict(effect) for effect in found.get("effects", [])]
+        for effect in effects:
+            effect |= {"family": str(effect["family"]), "port": str(effect["port"])}
+            effect["indistinguishable"] = list(effect.get("indistinguishable", []))
+        confidence = float(found["confidence"])
+    except (json.JSONDecodeError, KeyError, TypeError, ValueError) as fault:
+        raise ValueError(f"{path}: {type(fault).__name__}: {fault}") from None
+    if found.get("verdict") not in VERDICTS or not 0.0 <= confidence <= 1.0:
+        raise ValueError(f"{path}: needs a verdict of {', '.join(VERDICTS)} and a confidence from 0 to 1")
+    faults = [{"channel": str(fault["channel"])} for fault in found.get("logs", [])]
+    where = found.get("where", {"channels": []})
+    return {**found, "effects": effects, "confidence": confidence, "logs": faults, "where": where}
+
+
+def score(truth: Content, answer: Content) -> Row:
+    """Compare an answer with the truth.
+
+    Gives truth and said (in words), verdict, confidence, right, first (the first named effect is planted),
+    in_set (all planted ones are named or listed as indistinguishable), exact, place (of the first one), extra
+    (number of effects that are not planted), material and material_named (number of effects that cause a
+    tenth of the gap, and of those that are named), inside (whether the interval of a number holds it, by
+    effect), brier. Where no effect of the library is planted, first, in_set and exact are None. An effect
+    that causes less than a tenth of the gap need not be named.
+    """
+    seen = [bool(effect.get("material", True)) for effect in truth["effects"]]
+    case = Case.of(truth, answer, truth.get("acts_at", {}), seen)
+    wrong = truth.get("fault") or {}
+    right = _told(wrong, answer) if wrong.get("decides") else case.right
+    asked = bool(case.planted) and not case.outside and not wrong.get("decides")
+    planted = [[p for p in case.planted if p.is_named(e, case.acts_at)] for e in case.named]
+    return {
+        "truth": f"{wrong['problem']} of {wrong['channels'][0]}" if wrong.get("decides") else case.truth,
+        "said": in_words(case),
+        "verdict": case.verdict,
+        "confidence": answer["confidence"],
+        "right": right,
+        "first": case.first if asked else None,
+        "in_set": case.all_reported if asked else None,
+        "exact": case.exact if asked else None,
+        "place": case.channel if case.planted else None,
+        "extra": sum(not found for found in planted),
+        "material": len(case.material),
+        "material_named": sum(case.material),
+        "inside": [*_inside(truth, case)],
+        "brier": (answer["confidence"] - right) ** 2,
+    }
+
+
+def _told(wrong: Content, answer: Content) -> bool:
+    """Whether an answer to wrong logs names the channel."""
+    said = {fault["channel"] for fault in answer["logs"]}
+    return bool(answer["verdict"] == "check_logs" and said & {*wrong["channels"]})
+
+
+def _inside(truth: Content, case: Case) -> Iterator[bool]:
+    """Whether the interval of a named effect of the right family and place holds its number."""
+    for effect in case.named:
+        for row in truth["effects"]:
+            same = (row["family"], row["channel"]) == (effect["family"], effect["port"])
+            true = row.get("parameters", {}).get(NUMBERS.get(row["family"], ""))
+            interval = effect.get("number", {}).get("interval")
+            if same and interval and isinstance(true, float):
+                yield bool(interval[0] <= true <= interval[1])
+
+
+def share(values: Sequence[bool]) -> str:
+    """Return a count, its share and the 95 % interval by Wilson (1927)."""
+    n, k = len(values), sum(map(bool, values))
+    if not n:
+        return ""
+    p, square = k / n, Z**2 / n
+    middle, half = (
+        (p + square / 2) / (1 + square),
+        Z * math.sqrt(p * (1 - p) / n + square / (4 * n)) / (1 + square),
+    )
+    return f"{k} of {n}: {100 * p:.0f} % ({100 * max(middle - half, 0.0):.0f} to {100 * (middle + half):.0f})"
+
+
+def calibration(rows: Sequence[Mapping[str, Any]]) -> float:
+    """Return the difference between confidence and share of right answers, mean over verdicts by cases."""
+    groups: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        groups.setdefault(row["verdict"], []).append(row)
+    off = (abs(sum(r["confidence"] - r["right"] for r in group)) for group in groups.values())
+    return sum(off) / len(rows) if rows else 0.0
+
+
+def summary(rows: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """Return the rates of rows as a table, its header first; a case without an answer is wrong."""
+    known = [row for row in rows if not row.get("error")]
+    return [
+        ["measure", "rate"],
+        ["right", share([r.get("right", False) for r in rows])],
+        *([name, _asked(rows, key)] for name, key in ASKED.items()),
+        ["names beyond the truth", share([r["extra"] > 0 for r in known])],
+        ["number in its interval", share([yes for r in known for yes in r.get("inside", [])])],
+        ["confidently wrong (0.8)", share([r["confidence"] >= 0.8 and not r["right"] for r in known])],
+        ["worse than the given file", _asked(known, "harmful")],
+        ["Brier score", f"{sum(r['brier'] for r in known) / max(len(known), 1):.3f}"],
+        ["calibration error by verdict", f"{calibration(known):.3f}"],
+        ["without an answer", share([bool(r.get("error")) for r in rows])],
+    ]
+
+
+def _asked(rows: Sequence[Mapping[str, Any]], key: str) -> str:
+    return share([row[key] for row in rows if row.get(key) is not None])
+
+
+def main(words: Sequence[str]) -> None:
+    """Print the rates of a folder of answers.
+
+    Raises:
+        ValueError: when a word or a file cannot be used.
+    """
+    given = dict(word.partition("=")[::2] for word in words)
+    if {*given} != {"truth", "answers"}:
+        raise ValueError("words: give truth=FOLDER and answers=FOLDER")
+    truths, answers = Path(given["truth"]), Path(given["answers"])
+    rows: list[Row] = []
+    for path in sorted(truths.glob(f"*/{TRUTH}")):
+        name = path.parent.name
+        found = [p for p in (answers / name / ANSWER, answers / f"{name}.json") if p.exists()]
+        rows.append(
+            score(json.loads(path.read_text()), read_answer(found[0])) if found else {"error": "none"}
+        )
+    if not rows:
+        raise ValueError(f"{truths}: holds no <case>/{TRUTH}")
+    for line in summary(rows):
+        print("  ".join((line[0].ljust(30), line[1])))
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except ValueError as fault:
+        print(fault, file=sys.stderr)
+        sys.exit(2)
