@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from unmodelled.api.answer import Answer as Answer
     from unmodelled.api.answer_list import AnswerList as AnswerList
     from unmodelled.api.answer_list import list_answers as list_answers
+    from unmodelled.api.diagnosis import check_law as check_law
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.diagnosis import read_answer as read_answer
     from unmodelled.api.example import example as example
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
+    from unmodelled.effects.own_law import Law as Law
     from unmodelled.explanation.parameter_study import ParameterStudy as ParameterStudy
     from unmodelled.explanation.parameter_study import identifiability as identifiability
     from unmodelled.learning.evaluation import Evaluation as Evaluation
@@ -55,7 +57,7 @@ else:
     _NAMES = {
         "api.answer": ("Answer",),
         "api.answer_list": ("AnswerList", "list_answers"),
-        "api.diagnosis": ("diagnose", "read_answer"),
+        "api.diagnosis": ("check_law", "diagnose", "read_answer"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),
         "api.learned_laws": ("LearnedLaws", "learned_laws"),
@@ -65,6 +67,7 @@ else:
         "api.robot": ("supplement",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
+        "effects.own_law": ("Law",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),
         "learning.evaluation": ("Evaluation", "evaluate"),
         "learning.fit": ("Fit",),

@@ -23,6 +23,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
 from unmodelled.__main__ import PROGRAM as LIBRARY
 from unmodelled.cli.verbs.simulate import simulate
+from unmodelled.effects.own_law import read_laws
 from unmodelled.logs.mapping import read_mapping
 from unmodelled.systems.reader import read_system
 
@@ -97,6 +98,9 @@ def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
         if text.startswith("schema: mapping/"):
             (tmp_path / "mapping.yaml").write_text(text)
             assert read_mapping(tmp_path / "mapping.yaml").signals
+        elif text.startswith("schema: laws/"):
+            (tmp_path / "laws.yaml").write_text(text)
+            assert read_laws(tmp_path / "laws.yaml")
         elif text.startswith("schema:"):
             for file in re.findall(r"^model: (\S+)$", text, re.MULTILINE):
                 (tmp_path / file).write_text(ROBOTS[file])

@@ -10,7 +10,12 @@ from unmodelled.base.files import read_json
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
 from unmodelled.diagnosis.answer.summary import SCHEMA
+from unmodelled.diagnosis.data.persistence import horizon_of
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.checks import check_laws
+from unmodelled.effects.own_law import Law, LawsGiven, given_laws
 from unmodelled.logs.inputs import LogsGiven, read_inputs
+from unmodelled.logs.preparation import several
 from unmodelled.systems.given import SystemGiven
 
 
@@ -20,6 +25,7 @@ def diagnose(
     horizon: float | None = None,
     seed: int = 0,
     workers: int | None = None,
+    laws: LawsGiven | None = None,
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -34,12 +40,14 @@ def diagnose(
             `unmodelled.diagnosis.data.persistence.default_horizon`.
         seed: seed of the random generators; the same seed gives the same answer; default 0.
         workers: number of threads; default: one per core.
+        laws: laws of your own that are tried beside those of the library (`Law`), or the path of a file of
+            them; default none.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.
 
     Raises:
-        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+        BadInput: when the system, the logs, the horizon, the seed or a law cannot be used.
 
     Examples:
         The logs of the example have dry friction in the joint, which its system file leaves out:
@@ -61,7 +69,37 @@ def diagnose(
         >>> bool(after.value < 0.1 * before.value)
         True
     """
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers))
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, given_laws(laws)))
+
+
+def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:
+    """Check a law of your own as those of the library are checked, at every place of a system.
+
+    At size zero it changes nothing; its numbers are parameters with the units that the formula needs, within
+    bounds; the system with it is written and read back.
+
+    Args:
+        law: the law.
+        system: known physics, or the path of its file.
+        logs: measured experiments, which say how large the quantities of the machine are.
+
+    Returns:
+        Names of the places where the law can act.
+
+    Raises:
+        BadInput: when the law fails a check, with what is wrong, or can act nowhere.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> swing = um.Law("swing", "k*sin(2*x)", {"k": {"unit": "N m", "plausible": 0.1}})
+        >>> um.check_law(swing, *um.example("pendulum"))
+        ('joint',)
+    """
+    known, measured = read_inputs(system, logs)
+    measured = several(known, measured)
+    (own,) = given_laws([law])
+    check_laws([own], known, measured, horizon := horizon_of(measured, None))
+    return own.check(known, Study.of(known, measured, horizon, 0).scales)
 
 
 def read_answer(folder: Path | str) -> Answer:

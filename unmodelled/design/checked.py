@@ -36,6 +36,7 @@ SHAPE = {
     "parameters": {"*": {"identified": _NUMBER, "interval": [_NUMBER]}},
     "gap": {"horizon": float, "units": {"*": {"augmented": _NUMBER, "augmented_whole_run": _NUMBER}}},
     "where": {"experiments": [{"id": str}]},
+    "laws?": [{"name": str, "formula": str, "numbers": {"*": {"unit": str, "plausible": float}}, "at": str}],
 }
 
 

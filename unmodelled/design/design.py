@@ -25,6 +25,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.opposite import with_named_ports
+from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.report.headline import effect_names
@@ -106,7 +107,8 @@ def design(
     system, logs, _ = without_copies(system, logs, horizon)
     named: list[Entry] = answer["effects"]
     said = {e["port"] for entry in named for e in (entry, *entry["indistinguishable"])}
-    study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed)
+    laws = [Law(**own) for own in answer.get("laws", [])]
+    study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed, laws=laws)
     search = begun(study, os.cpu_count() or 1, progress)
     known = _known(answer)
     swaps = [(k, other) for k, entry in enumerate(named) for other in entry["indistinguishable"]]

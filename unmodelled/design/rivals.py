@@ -64,7 +64,9 @@ def fitted_rival(
     Takes known in SI.
     """
     hypothesis = Hypothesis.known(search.study)
-    library: dict[tuple[str, str], Effect] = {(e.family, e.variant): e for e in effects()}
+    library: dict[tuple[str, str], Effect] = {
+        (e.family, e.variant): e for e in (*effects(), *search.study.laws)
+    }
     for entry in entries:
         family, variant = entry["family"], entry.get("variant", "")
         try:

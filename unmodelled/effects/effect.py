@@ -20,7 +20,7 @@ Power = Literal["lost", "lost over a cycle", "stored"]
 class Effect(ABC):
     """Effect that a model can leave out; stateless.
 
-    Every class of this package without abstract methods is in the library.
+    Every class of this package without abstract methods that takes no arguments is in the library.
 
     Attributes:
         family: name of the family in a diagnosis.

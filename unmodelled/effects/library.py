@@ -1,4 +1,4 @@
-"""Library of all effects: every class in the files of this package that is not abstract."""
+"""Library of all effects: every class in the files of this package that makes one, and those of packages."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from functools import cache
+from importlib.metadata import entry_points
 from typing import Any
 
 from unmodelled import effects as package
+from unmodelled.base.errors import BadInput
 from unmodelled.effects.effect import Effect
+
+#: Group of entry points by which other packages add laws; each names an object, not a class.
+GROUP = "unmodelled.laws"
 
 
 @cache
@@ -25,8 +30,31 @@ def effects() -> tuple[Effect, ...]:
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
     ours = (kind for kind in kinds if kind.__module__.startswith(f"{package.__name__}."))
-    found = [kind() for kind in ours if not inspect.isabstract(kind)]
+    found = [kind() for kind in ours if _makes_one(kind)]
+    found += _of_packages({effect.family for effect in found})
     return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
+
+
+def _of_packages(families: set[str]) -> Iterator[Effect]:
+    for point in entry_points(group=GROUP):
+        try:
+            effect = point.load()
+            taken = effect.family in families
+        except Exception as error:  # there is no common base of what an import can raise
+            raise BadInput(
+                f"law {point.name} ({point.value}) cannot be loaded ({error}): repair its package, or remove "
+                "it"
+            ) from None
+        if taken:
+            raise BadInput(
+                f"law {point.name} ({point.value}): the family {effect.family} is taken; rename it"
+            )
+        yield effect
+
+
+def _makes_one(kind: type[Effect]) -> bool:
+    """Whether a class is an effect by itself: neither abstract, nor made of what a user gives."""
+    return not inspect.isabstract(kind) and not inspect.signature(kind).parameters
 
 
 def _below(kind: type[Any]) -> Iterator[type[Any]]:

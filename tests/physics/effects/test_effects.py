@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +18,18 @@ from tests.physics.effects.benches import (
     evaluated,
     every,
     measured,
+    scales,
     system,
     values,
 )
+from unmodelled.base.errors import BadInput
+from unmodelled.effects.contract import check_effect
 from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Amplitude, Law, Shape, signed
 from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place, Site
 from unmodelled.logs.readings import readings
 from unmodelled.systems.reader import read_system
-from unmodelled.systems.units import parse_unit
 from unmodelled.systems.writer import write_system
 
 EVERY = cases()
@@ -52,55 +57,39 @@ def test_no_drive_lies_between_a_measured_input_and_the_physics() -> None:
 
 
 @every(EVERY)
-def test_level_zero_adds_nothing(case: Case) -> None:
-    zero = {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.amplitudes}
-    assert not any(slope.xreplace(zero) for slope in case.added.slopes.values())
-    zero |= {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.slopes}
-    known = case.system
-    grown = case.added.system
-    kept = slice(len(known.states))
-    assert tuple(f.xreplace(zero) for f in grown.closed[kept]) == known.closed
-    assert [o.expression.xreplace(zero) for o in grown.outputs] == [o.expression for o in known.outputs]
-    assert grown.states[kept] == known.states
-    assert (grown.inputs, grown.x[len(known.states) :]) == (
-        known.inputs,
-        tuple(sp.Symbol(name, real=True) for name in case.added.memory),
-    )
-
-
-@every(EVERY)
-def test_new_numbers_are_parameters_within_bounds_with_units(case: Case) -> None:
-    added = case.added
-    before = {p.name for p in case.system.parameters}
-    new = {p.name: p for p in added.system.parameters if p.name not in before}
+def test_every_effect_keeps_what_all_must_keep(case: Case) -> None:
+    added = check_effect(case.effect, case.system, case.place, scales(case.name))
     fitted = [*added.amplitudes, *added.shapes]
-    assert len(set(fitted)) == len(fitted)
-    assert set(fitted) - set(added.delays) <= set(new)
-    for name in fitted:
-        low, high = added.bounds[name]
-        grid = added.shapes.get(name, (0.0,))
-        assert low <= min(grid) <= max(grid) <= high
-        assert len(set(grid)) == len(grid)
-        assert 0.0 < added.scales[name] < np.inf
-        parse_unit(added.units[name])
-        if name in new:
-            assert (new[name].bounds, new[name].unit) == (added.bounds[name], added.units[name])
-            assert new[name].identify == (name not in added.shares)
     left_out = {name for name in fitted if name.startswith("v_c")} | {*added.shares}
     assert set(added.reported) == set(fitted) - left_out
 
 
-@every(EVERY)
-def test_the_system_is_written_and_read_back(case: Case, tmp_path: Path) -> None:
-    grown = case.added.system
-    write_system(grown, tmp_path / "augmented.yaml")
-    read = read_system(tmp_path / "augmented.yaml")
-    bare = [replace(s, signals={}, dynamics=(), text={}) for s in (read, grown)]
-    assert bare[0] == bare[1]
-    assert list(read.signals) == list(grown.signals)
-    if read.dynamics != grown.dynamics:  # sums and products in another order
-        both = [evaluated(grown, list(s.dynamics), np.array(grown.values)) for s in (read, grown)]
-        assert_allclose(*both, rtol=1e-9, atol=1e-9)
+@dataclass(frozen=True)
+class Broken(PortEffect):
+    """A law that breaks a rule."""
+
+    made: Law
+    family: str = "broken"
+    complexity: float = 1.0
+
+    def law(self, at: Site) -> Law:
+        return self.made
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (Law("k", {"k": Amplitude("1", 1.0, (0.5, 2.0))}), "k: its starting values are out of its bounds"),
+        (Law("k", {"k": Amplitude("1", 0.0, (-1.0, 1.0))}), "k: its plausible size is not positive"),
+        (
+            Law("k*x**n", {"k": signed("x**n", 1.0)}, {"n": Shape("1", (2.0, 2.0), (1.0, 3.0))}),
+            "n: a starting value comes twice",
+        ),
+    ],
+)
+def test_a_law_that_breaks_a_rule_is_refused(law: Law, said: str) -> None:
+    with pytest.raises(BadInput, match=f"law broken: at rail: {re.escape(said)}"):
+        check_effect(Broken(law), system("stage"), Place("port", "rail"), scales("stage"))
 
 
 @every([case for case in cases("stage", "pendulum") if case.linear])

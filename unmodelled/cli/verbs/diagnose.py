@@ -10,7 +10,9 @@ from unmodelled.logs.inputs import read_inputs
 
 
 @verb()
-def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, seed: int = 0) -> None:
+def diagnose(
+    system: Path, logs: Path, out: Path, horizon: float | None = None, seed: int = 0, laws: Path | None = None
+) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
     `out` holds `diagnosis.json` (verdict, effects with numbers and intervals, place of the gap, compared
@@ -29,10 +31,11 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, 
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         horizon: length of the free-run windows, s; null: from the logs.
         seed: seed of all random numbers; the same seed gives the same files on one kind of processor.
+        laws: file of laws of your own (laws/1) that are tried beside those of the library; null: none.
 
     Raises:
-        BadInput: when the system file, the logs, the horizon or the seed cannot be used.
+        BadInput: when the system file, the logs, the horizon, the seed or a law cannot be used.
     """
-    found = diagnosed(*read_inputs(system, logs), horizon, seed)
+    found = diagnosed(*read_inputs(system, logs), horizon, seed, laws=laws)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

@@ -29,20 +29,27 @@ from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.decision import decide
-from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
+from unmodelled.diagnosis.fitting.checks import check, check_laws, check_seed, check_windows
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.gates.refusal import Refusal, given_file
 from unmodelled.diagnosis.gates.system_file import reason_against_system
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import where
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.own_law import Law as OwnLaw
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
 
 
 def findings(
-    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
+    system: System,
+    logs: Logs,
+    horizon: float | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    laws: Sequence[OwnLaw] = (),
 ) -> Findings:
     """Diagnose the gap between a system and measured experiments, and check all files of the answer.
 
@@ -59,17 +66,18 @@ def findings(
     system, logs, faults = without_copies(system, logs, horizon)
     if not any(fault.decides for fault in faults):
         check_windows(system, logs, horizon)
+        check_laws(laws, system, logs, horizon)
 
     # 3. to 6. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults))
+    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults, laws=laws))
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told.
     place = where(found)
     if found.verdict == "check_logs":
-        return Findings(found, place, exported=False)
+        return Findings(found, place, exported=False, laws=tuple(laws))
     pushed = outside_forces(place.left)
     found = found if pushed is None else replace(found, faults=(*found.faults, pushed))
 
@@ -80,7 +88,7 @@ def findings(
     robot, more = _robot(found)
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
-    answer = Findings(found, place, exported=not reason, robot=robot, refused=tuple(refused))
+    answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws))
     return answer.with_notes(*notes, *more, *shorter_windows(found))
 
 
@@ -93,6 +101,7 @@ def diagnose_gap(
     progress: Callable[[str], None] = lambda _: None,
     faults: tuple[LogFault, ...] | None = None,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
+    laws: Sequence[Effect] = (),
 ) -> Diagnosis:
     """Find the effects that explain the gap between a system and measured experiments.
 
@@ -104,7 +113,7 @@ def diagnose_gap(
         system, logs, faults = without_copies(system, logs, horizon, thresholds)
     if any(fault.decides for fault in faults):
         return misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
-    study = Study.of(system, different(logs), horizon, seed, thresholds)
+    study = Study.of(system, different(logs), horizon, seed, thresholds, laws)
 
     # 3. Refit the known physics by free runs (Bock 1987). Rank everything that could be wrong as columns of
     #    one linear system around the fit, and fit the best for real. Better is what predicts experiments that

@@ -18,6 +18,7 @@ from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.where import Where
+from unmodelled.effects.own_law import Law
 
 SUMMARY, TABLES = "diagnosis.json", "tables"
 
@@ -36,6 +37,7 @@ class Findings:
         exported: whether the augmented system is offered as a system file.
         robot: patched robot file; None (default) for a system without robot, or if it is not offered.
         refused: files that are not offered, with the reasons; default none.
+        laws: laws of the user that were tried, too; default none.
     """
 
     diagnosis: Diagnosis
@@ -43,11 +45,13 @@ class Findings:
     exported: bool
     robot: RobotFile | None = None
     refused: tuple[Refusal, ...] = ()
+    laws: tuple[Law, ...] = ()
 
     @property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
-        return summary(self.diagnosis, self.where, self.robot, self.refused)
+        own = {"laws": [law.definition for law in self.laws]} if self.laws else {}
+        return summary(self.diagnosis, self.where, self.robot, self.refused) | own
 
     def with_notes(self, *notes: str) -> Findings:
         """Return the same findings with further notes."""

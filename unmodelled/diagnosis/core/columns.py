@@ -217,10 +217,10 @@ class Columns:
 
     @cached_property
     def _every(self) -> list[tuple[Effect, Place]]:
-        """Every effect of the library where it can be added to the hypothesis."""
+        """Every effect of the library and of the user where it can be added to the hypothesis."""
         hypothesis = self.path.hypothesis
         found = []
-        for effect in effects():
+        for effect in (*effects(), *hypothesis.study.laws):
             taken = {e.place.channel for e in hypothesis.effects if e.family == effect.family}
             known = set(effect.places(hypothesis.study.system))
             places = [p for p in effect.places(hypothesis.system) if p in known and p.channel not in taken]

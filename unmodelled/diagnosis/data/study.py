@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.replaced_inputs import straight_pace
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.effects.effect import Effect
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
@@ -30,6 +31,7 @@ class Study:
         held_out: numbers of the experiments that take no part in fitting or choosing.
         thresholds: thresholds of all decisions.
         seed: seed of the random numbers of models.
+        laws: effects that are tried beside those of the library.
     """
 
     system: System
@@ -38,6 +40,7 @@ class Study:
     held_out: tuple[int, ...]
     thresholds: Thresholds = DEFAULT_THRESHOLDS
     seed: int = 0
+    laws: tuple[Effect, ...] = ()
 
     @classmethod
     def of(
@@ -47,13 +50,14 @@ class Study:
         horizon: float,
         seed: int,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
+        laws: Sequence[Effect] = (),
     ) -> Study:
         """Return a study that holds out experiments at random, such that the others still have every level.
 
         Takes horizon in s.
         """
         held = held_out(logs.experiments, seed, thresholds)
-        return cls(system, logs, horizon, held, thresholds, seed)
+        return cls(system, logs, horizon, held, thresholds, seed, tuple(laws))
 
     @property
     def learned(self) -> tuple[int, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -25,6 +28,17 @@ def check_seed(seed: int) -> None:
     """Refuse a seed that is not a whole number from 0 on."""
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
+
+
+def check_laws(laws: Sequence[Law], system: System, logs: Logs, horizon: float) -> None:
+    """Refuse laws of the user that keep no rule of `check_effect` where they can act, or act nowhere.
+
+    Takes horizon in s.
+    """
+    scales = Study.of(system, logs, horizon, 0).scales if laws else None
+    for law in laws:
+        if scales is not None and not law.check(system, scales):
+            raise BadInput(f"law {law.name}: {system.name} has no {law.at} with all that its formula needs")
 
 
 def check(system: System, logs: Logs, horizon: float) -> None:

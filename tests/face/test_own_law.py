@@ -1,0 +1,83 @@
+"""A law of a user from its file to the page and to the next experiment."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.integrate import solve_ivp
+
+import unmodelled as um
+from tests.diagnosis.benches import pendulum
+
+J, B, MGL, BRAKE, PERIOD = 0.02, 0.015, 1.2, 0.08, 0.004
+LAWS = """schema: laws/1
+laws:
+  eddy_brake:
+    formula: c*v*(1 - cos(x))
+    numbers:
+      c: {unit: mN m s/rad, plausible: 20, low: 0}
+"""
+
+
+def logged(seed: int) -> pd.DataFrame:
+    """A pendulum with a brake that no law of the library describes: it grips where the arm is up."""
+    rng, t = np.random.default_rng(seed), PERIOD * np.arange(1500)
+    tones = rng.uniform(0.5, 12.0, 4), rng.uniform(0.0, 6.3, 4)
+    torque = lambda s: 0.45 * float(np.sum(np.sin(tones[0] * s + tones[1])))  # noqa: E731
+
+    def rates(s: float, x: tuple[float, float]) -> list[float]:
+        brake = BRAKE * x[1] * (1.0 - np.cos(x[0]))
+        return [x[1], (torque(s) - B * x[1] - MGL * np.sin(x[0]) - brake) / J]
+
+    found = solve_ivp(rates, (0.0, t[-1]), [0.1, 0.0], t_eval=t, rtol=1e-8, atol=1e-8, max_step=PERIOD)
+    theta = found.y[0] + 2e-4 * rng.normal(size=len(t))
+    return pd.DataFrame({"t": t, "torque": [torque(s) for s in t], "theta": theta})
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("braked")
+    pendulum(folder)
+    (folder / "laws.yaml").write_text(LAWS)
+    (folder / "logs").mkdir()
+    for k in range(8):
+        logged(k).to_csv(folder / "logs" / f"run{k}.csv", index=False)
+    table = pd.DataFrame({"id": [f"run{k}" for k in range(8)], "file": [f"run{k}.csv" for k in range(8)]})
+    table.to_csv(folder / "logs" / "experiments.csv", index=False)
+    words = ["system=system.yaml", "logs=logs", "laws=laws.yaml", "out=answer", "-q"]
+    call = [sys.executable, "-m", "unmodelled", "diagnose", *words]
+    ran = subprocess.run(call, cwd=folder, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    return folder / "answer"
+
+
+@pytest.mark.long
+def test_the_law_is_named_with_its_number(answer: Path) -> None:
+    found = um.read_answer(answer)
+    assert found.verdict == "effect"
+    assert [(e.family, e.port, e.law) for e in found.effects] == [
+        ("eddy_brake", "joint", "c*omega*(1 - cos(theta))")
+    ]
+    number = json.loads((answer / "diagnosis.json").read_text())["effects"][0]["parameters"]["c"]
+    assert number["value"] == pytest.approx(BRAKE, rel=0.05) and number["unit"] == "N m s"
+    assert found.system.port("joint").law is not None
+    page = (answer / "index.html").read_text()
+    assert "eddy brake" in page and "mN m s/rad" in page
+
+
+@pytest.mark.long
+def test_the_answer_brings_its_laws_to_the_next_experiment(answer: Path, tmp_path: Path) -> None:
+    content = json.loads((answer / "diagnosis.json").read_text())
+    assert [law["name"] for law in content["laws"]] == ["eddy_brake"]
+    (limits := tmp_path / "limits.yaml").write_text(
+        "duration: 2\nperiod: 0.01\ninputs: {torque: {low: -1.5, high: 1.5, rate: 40}}\n"
+        "travel: {theta: {low: -3.1, high: 3.1}}\n"
+    )
+    made = um.next_experiment(um.read_answer(answer), limits)
+    assert len(made.table()) > 100
