@@ -214,6 +214,14 @@ def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Pa
     assert effect.parameters == content["effects"][0]["parameters"]
     assert effect.indistinguishable == ("Stribeck friction at joint",)
     assert answer.table()["value"].tolist() == [p["value"] for p in effect.parameters.values()]
+    number = content["effects"][0]["parameters"]["F_c"]
+    assert (effect.F_c.value, effect.F_c.unit) == (number["value"], number["unit"])
+    assert [*effect.F_c.interval] == number["interval"] and "F_c" in dir(effect)
+    with pytest.raises(AttributeError, match="no attribute or number 'F_v'"):
+        effect.F_v  # noqa: B018
+    compared = answer.comparison
+    assert compared["rank"].tolist() == list(range(1, 1 + len(content["comparison"])))
+    assert compared["difference"].is_monotonic_increasing and compared["named"].sum() == 1
     assert answer.where.experiments.to_dict("records") == content["where"]["experiments"]
     assert answer.gaps.set_index("model")["gap"].to_dict() == {
         name: content["gap"][name]

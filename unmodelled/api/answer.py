@@ -30,7 +30,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
-from unmodelled.report.headline import as_said, effect_name, headline
+from unmodelled.report.headline import as_said, effect_name, effect_names, headline
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -182,6 +182,23 @@ class Answer:
             for name, e in self.content["parameters"].items()
         ]
         return pd.DataFrame(rows, columns=["name", "unit", "known", "identified", "low", "high"])
+
+    @property
+    def comparison(self) -> pd.DataFrame:
+        """Return the compared hypotheses, the best predicting first, as az.compare lists models.
+
+        Columns: rank, hypothesis (its effects in words), score (mean logarithm of the squared error of
+        left-out experiments over the noise, plus one; nats), difference from the named one and its standard
+        error over experiments, and named. The named one is the simplest that none beats by more than chance
+        and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
+        """
+        numbers = ["score", "difference", "standard_error", "named"]
+        found = sorted(self.content["comparison"], key=lambda entry: entry["difference"])
+        rows = [
+            (rank, effect_names(entry["effects"]), *(entry[name] for name in numbers))
+            for rank, entry in enumerate(found, start=1)
+        ]
+        return pd.DataFrame(rows, columns=["rank", "hypothesis", *numbers])
 
     def table(self) -> pd.DataFrame:
         """Return the numbers of the effects, a row each.

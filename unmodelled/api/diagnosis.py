@@ -63,6 +63,9 @@ def diagnose(
           parameter  value unit
         0       F_c   0.06  N m
 
+        >>> answer.effects[0].F_c.unit, answer.comparison.query("named").hypothesis.item()
+        ('N m', 'Coulomb friction at joint')
+
         The augmented system is simulated like any other:
 
         >>> before, after = um.simulate(system, logs), um.simulate(answer.system, logs)

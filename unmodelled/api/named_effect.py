@@ -4,12 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
 from unmodelled.base.notebook import shown
 from unmodelled.report.headline import effect_name
+
+
+class Number(NamedTuple):
+    """Number of a law.
+
+    Attributes:
+        value: identified value, SI.
+        unit: SI unit.
+        interval: ends of the 95 % interval, SI.
+    """
+
+    value: float
+    unit: str
+    interval: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -20,7 +34,8 @@ class NamedEffect:
         family: kind of the effect, coulomb_friction for instance.
         port: place of the effect: a port, actuator:<input>, sensor:<output> or parameter:<name>.
         law: formula of the effect, in names of the augmented system.
-        parameters: numbers of the law by name, each with value, unit and interval (95 %), SI.
+        parameters: numbers of the law by name, each with value, unit and interval (95 %), SI; each is an
+            attribute, too, see `Number`.
         confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
         shrink: share of the squared gap above the noise floor that the effect explains, 0 to 1.
         indistinguishable: effects that these data cannot tell from this one, in words.
@@ -33,6 +48,17 @@ class NamedEffect:
     confidence: float
     shrink: float
     indistinguishable: tuple[str, ...]
+
+    def __getattr__(self, name: str) -> Number:
+        """Return a number of the law by its name, such as `effect.F_c`."""
+        numbers = self.__dict__.get("parameters", {})
+        if name not in numbers:
+            raise AttributeError(f"{type(self).__name__} has no attribute or number {name!r}")
+        entry = numbers[name]
+        return Number(entry["value"], entry["unit"], tuple(entry["interval"] or ()))
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.parameters]
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> NamedEffect:

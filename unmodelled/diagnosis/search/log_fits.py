@@ -28,7 +28,7 @@ CLOCK_PROBLEM = "clock"
 #: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
 #: Largest number of runs whose inputs are tried in each other.
-MOST_RUNS = 12
+MOST_RUNS = 40
 #: Turn of a shaft, rad.
 TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
