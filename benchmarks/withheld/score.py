@@ -31,17 +31,15 @@ Row = dict[str, Any]
 
 TRUTH, ANSWER = "truth.json", "answer.json"
 VERDICTS = ("effect", "main_effect", "no_gap", "unknown", "check_logs")
-#: The number of a family, as truth.json calls it: what an entrant may give with an interval.
+#: The number of a family, as truth.json calls it: what an entrant may give with an interval. Delays and lags
+#: are none: the measurement chain adds to them.
 NUMBERS = {
     "actuator_gain": "excess",
     "actuator_offset": "offset",
     "actuator_saturation": "limit",
     "constant_load": "load",
     "coulomb_friction": "force",
-    "input_delay": "delay",
-    "sensor_delay": "delay",
     "sensor_gain": "excess",
-    "sensor_lag": "time",
     "sensor_offset": "bias",
 }
 #: Heading and entry of a row.

@@ -22,7 +22,7 @@ from pipeline.chapters.reported import read_refit, read_truth
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH, campaigns_in, cases_in
-from pipeline.withheld.judging import OUTSIDE, Case, Planted
+from pipeline.withheld.judging import Case
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.test_log_faults import WRONG, Spoil, spoilt
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
@@ -107,8 +107,7 @@ def judge(case: Path, refit: Path) -> Callable[[Thresholds], dict[str, Any]]:
     search = EffectSearch(Study.of(system, logs, horizon, 0))
     search.run()
     decided, truth, best = decider(search), read_truth(case / TRUTH), read_refit(refit)["oracle"]
-    planted = tuple(map(Planted.of, truth["effects"], best["seen"]))
-    tolerated = frozenset((row["family"], row["channel"]) for row in truth["tolerated"])
+    acts_at = parameter_channels(system)
 
     def say(limits: Thresholds) -> dict[str, Any]:
         said = decided(limits)
@@ -117,8 +116,7 @@ def judge(case: Path, refit: Path) -> Callable[[Thresholds], dict[str, Any]]:
             for k, e in enumerate(said.prediction.fitted.hypothesis.effects)
         ]
         content = {"verdict": said.verdict, "effects": effects, "logs": []}
-        outside, acts_at = truth["verdict"] == OUTSIDE, parameter_channels(system)
-        answer = Case(planted, outside, best["gap_seen"], content, acts_at, tolerated)
+        answer = Case.of(truth, content, acts_at, best["seen"], best["gap_seen"])
         return {"verdict": said.verdict, "effects": [str(e) for e in effects], "right": answer.right}
 
     return say

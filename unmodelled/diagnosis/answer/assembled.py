@@ -62,7 +62,8 @@ def assembled(
     study, (given, *steps, neural) = search.study, models
     reidentified, augmented = steps[0], steps[-1]
     named, floor = int(decision.candidates.steps[decision.named]), augmented.gap.floor
-    sure = confidence(decision.verdict, named)
+    explained = shrink(reidentified.gap.value, augmented.gap.value, floor)
+    sure = confidence(decision.verdict, named, explained)
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, decision.verdict),
         confidence=sure,
@@ -75,7 +76,7 @@ def assembled(
         neural=neural,
         steps=tuple(steps),
         floor=floor,
-        shrink=shrink(reidentified.gap.value, augmented.gap.value, floor),
+        shrink=explained,
         interval=_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
         parameters={

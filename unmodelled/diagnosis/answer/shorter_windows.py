@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.decide.confidence import MOST
 
-#: Share of the squared gap below which named effects leave most of it.
-EXPLAINED = 0.5
 #: The advised horizon: a sixth of that of the answer, if that has so many samples at least.
 SHORTER, FEWEST = 6.0, 8
 
@@ -20,7 +19,7 @@ def shorter_windows(found: Diagnosis) -> Iterator[str]:
     """
     along = any(port.position is not None and port.domain == "power" for port in found.system.ports)
     seconds = found.horizon / SHORTER
-    if found.verdict not in ("main_effect", "unknown") or found.shrink >= EXPLAINED or not along:
+    if found.verdict not in ("main_effect", "unknown") or found.shrink >= MOST or not along:
         return
     if seconds >= FEWEST * found.logs.period:
         yield (

@@ -8,25 +8,36 @@ from unmodelled.diagnosis.data.result import Verdict
 
 #: Largest confidence: there were too few machines to say more.
 HIGHEST_CONFIDENCE = 0.99
-#: Right answers and all, by verdict and number of named effects (the last one: so many or more), on virtual
-#: machines with measurement chains (docs/decisions/0015-rules-compared.md).
+#: Share of the squared gap of the held-out experiments from which named effects explain most of it.
+MOST = 0.5
+#: Right answers and all, by verdict, on virtual machines with measurement chains
+#: (docs/decisions/0015-rules-compared.md): of an `effect` by the number of laws (the last one: so many or
+#: more), of a `main_effect` where it explains most of the gap, and where not.
 MEASURED: Mapping[Verdict, tuple[tuple[int, int], ...]] = {
-    "effect": ((22, 25), (31, 39), (8, 14)),
-    "main_effect": ((14, 21), (6, 11), (4, 5)),
-    "no_gap": ((2, 3),),
-    "unknown": ((6, 13),),
+    "effect": ((57, 64), (51, 69), (18, 31)),
+    "main_effect": ((55, 89), (5, 13)),
+    "no_gap": ((15, 16),),
+    "unknown": ((11, 29),),
 }
 
 
-def confidence(verdict: Verdict, effects: int) -> float:
-    """Return the share of right answers among those with the same verdict and as many effects.
+def confidence(verdict: Verdict, effects: int, explained: float) -> float:
+    """Return the share of right answers among those alike.
 
     One right and one wrong answer are added to those counted, so that a share is never certain (Laplace).
 
     Examples:
-        >>> confidence("effect", 1) > confidence("effect", 4)
+        >>> confidence("effect", 1, 0.9) > confidence("effect", 4, 0.9)
+        True
+        >>> confidence("main_effect", 1, 0.9) > confidence("main_effect", 1, 0.2)
         True
     """
-    counted = MEASURED[verdict]
-    right, every = counted[min(max(effects, 1), len(counted)) - 1]
+    right, every = MEASURED[verdict][alike(verdict, effects, explained)]
     return (right + 1) / (every + 2)
+
+
+def alike(verdict: Verdict, effects: int, explained: float) -> int:
+    """Return the number of the group of answers in `MEASURED`."""
+    if verdict == "main_effect":
+        return int(explained < MOST)
+    return min(max(effects, 1), len(MEASURED[verdict])) - 1
