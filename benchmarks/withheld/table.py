@@ -15,6 +15,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks.withheld.score import share, summary
+from pipeline.withheld.judging import NAMING
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 
@@ -40,7 +41,8 @@ PAGE = """<!doctype html><html lang="en"><meta charset="utf-8">
 <style>
 body {{font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem}}
 div {{overflow-x: auto}} table {{border-collapse: collapse}} td, th {{padding: .2rem .6rem; text-align: left}}
-tr {{border-bottom: 1px solid #8884; vertical-align: top}} .wrong {{background: #d552}}
+tr {{border-bottom: 1px solid #8884; vertical-align: top}}
+.rates td {{white-space: nowrap}} .wrong {{background: #d552}}
 </style>
 {}</html>
 """
@@ -100,7 +102,7 @@ def write_page(forms: Mapping[str, Rows], out: Path) -> None:
 def _html(rows: Iterable[Sequence[str]]) -> str:
     head, *body = ["".join(f"<td>{escape(cell)}" for cell in row) for row in rows]
     lines = "\n".join(f"<tr>{line}</tr>" for line in body)
-    return f"<div><table><tr>{head.replace('<td>', '<th>')}</tr>\n{lines}</table></div>"
+    return f'<div><table class="rates"><tr>{head.replace("<td>", "<th>")}</tr>\n{lines}</table></div>'
 
 
 def page(forms: Mapping[str, Rows]) -> str:
@@ -217,7 +219,9 @@ def _different(pairs: Sequence[tuple[Row, Row]], names: Sequence[str]) -> Iterat
 def _answer(row: Row) -> str:
     if row["error"]:
         return str(row["error"])
-    return row["verdict"] if row["said"] == row["verdict"] else f"{row['verdict']}: {row['said']}"
+    chain = "parts of the measurement chain" if row["verdict"] in NAMING else ""
+    said = chain if row["said"] == row["verdict"] else row["said"]
+    return f"{row['verdict']}: {said}" if said else str(row["verdict"])
 
 
 def _marks(row: Row) -> str:
