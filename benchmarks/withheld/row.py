@@ -71,7 +71,7 @@ def judged(case: Case, out: Path) -> Row:
         "verdict": answer["verdict"],
         "confidence": answer["confidence"],
         "effects": [[e["family"], e["port"]] for e in answer["effects"]],
-        "said": " + ".join(map(real_judged.named, answer["effects"])) or answer["verdict"],
+        "said": " + ".join(map(_text, answer["effects"])) or answer["verdict"],
     }
     if diagnosis is not None:
         found["gap"] = {name: diagnosis["gap"][name] for name in ("known", "augmented", "floor")}
@@ -85,6 +85,11 @@ def judged(case: Case, out: Path) -> Row:
         planted, acts_at = [Planted.of(effect, True) for effect in truth["effects"]], truth["acts_at"]
         found["rank"] = _ranks(diagnosis, [lambda one, p=p: p.is_named(one, acts_at) for p in planted])  # type: ignore[misc]
     return found
+
+
+def _text(effect: Mapping[str, Any]) -> str:
+    more = len(effect["indistinguishable"])
+    return real_judged.named(effect) + (f" (or {more} more)" if more else "")
 
 
 def answer_of(diagnosis: Mapping[str, Any]) -> Row:
