@@ -102,6 +102,7 @@ def test_rows_are_judged_resumed_and_compared(
     rows = {who.name: read_rows(tmp_path / "rows" / who.name) for who in (old, new)}
     one, nothing = rows["old"]["one"], rows["old"]["nothing"]
     assert one["first"] and one["in_set"] and one["exact"] and one["right"] and one["rank"] == [2]
+    assert one["seen"] == [True] and nothing["seen"] == []
     assert one["error"] == "" and one["cpu"] > 0.0 and one["memory"] > 1.0
     assert one["effects"] == [["viscous_friction", "joint"]] and one["brier"] == 0.25
     assert not nothing["right"] and nothing["extra"] == 1 and rows["new"]["nothing"]["right"]
@@ -242,6 +243,12 @@ def test_the_example_entrant_is_scored_by_plain_python(tmp_path: Path) -> None:
     rates = dict(re.split("  +", line, maxsplit=1) for line in told.splitlines() if "  " in line.strip())
     assert rates["right"] == "1 of 2: 50 % (9 to 91)" and rates["named first"].startswith("1 of 1")
     assert rates["Brier score"] == "0.250"
+
+    (tmp_path / "answers" / "one" / "answer.json").unlink()
+    told = subprocess.run([*bare, "-c", code, *words], check=True, capture_output=True, text=True).stdout
+    rates = dict(re.split("  +", line, maxsplit=1) for line in told.splitlines() if "  " in line.strip())
+    assert rates["right"].startswith("0 of 2") and rates["named first"].startswith("0 of 1")
+    assert rates["without an answer"].startswith("1 of 2")
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,1 @@
-"""Two forms of the diagnosis on the same cases: rank of the true law, answer, CPU time and harm."""
+"""Withheld: machines from which one effect was taken out, programs that say which one, and their scores."""

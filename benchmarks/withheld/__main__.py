@@ -10,16 +10,17 @@ Keys are in conf.yaml. A row is written as its case ends, and the same command g
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
 
 import hydra
 from omegaconf import DictConfig
 
-from benchmarks.withheld.case import cases_of
+from benchmarks.withheld.case import Case, cases_of
 from benchmarks.withheld.entrant import Entrant
 from benchmarks.withheld.row import row
 from benchmarks.withheld.score import Row
-from benchmarks.withheld.table import read_rows, rows_of
+from benchmarks.withheld.table import rows_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 
@@ -37,7 +38,7 @@ def answer(cases: str, number: int, entrant: Entrant, out: Path, cap: float = 30
     Raises:
         BadInput: when there is no such case.
     """
-    every = cases_of(cases, out)
+    every = _drawn(cases, out)
     if not 0 <= number < len(every):
         raise BadInput(f"case: must be 0 to {len(every) - 1} of {cases}, got {number}")
     case = every[number]
@@ -49,6 +50,12 @@ def answer(cases: str, number: int, entrant: Entrant, out: Path, cap: float = 30
     path.parent.mkdir(parents=True, exist_ok=True)
     write_json(path, made)
     return made
+
+
+@cache
+def _drawn(cases: str, out: Path) -> list[Case]:
+    """The cases, drawn once in a process that answers several."""
+    return cases_of(cases, out)
 
 
 @hydra.main(version_base="1.3", config_path=".", config_name="conf")
@@ -63,7 +70,7 @@ def main(keys: DictConfig) -> None:
         sys.exit(2)
     if made is not None:
         what = made["error"] or f"{made['said']}; truth {made['truth'][:60]}"
-        done = len(read_rows(rows_of(out, who.name)))
+        done = sum(1 for _ in rows_of(out, who.name).glob("*.json"))
         print(f"{who.name} {made['case']} ({done} rows): {made['cpu']:.0f} s, {what}", flush=True)
 
 

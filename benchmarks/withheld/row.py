@@ -11,7 +11,7 @@ from benchmarks.head_to_head import case as head_to_head
 from benchmarks.head_to_head.ours import FileParameters
 from benchmarks.withheld.case import Case
 from benchmarks.withheld.entrant import Entrant
-from benchmarks.withheld.score import ANSWER, NUMBERS, Row, read_answer, score
+from benchmarks.withheld.score import ANSWER, NUMBERS, Row, read_answer, score, unanswered
 from pipeline.chapters import real_judged
 from pipeline.chapters.reported import read_told
 from pipeline.withheld.folders import TRUTH, VALIDATION
@@ -53,12 +53,20 @@ def row(case: Case, entrant: Entrant, answers: Path, cap: float) -> Row:
             found |= judged(case, out)
         except Exception as fault:  # an entrant that writes another file must not end the benchmark
             found["error"] = f"not judged: {type(fault).__name__}: {fault}"[:300]
+    if found["error"]:
+        found |= _unanswered(case)
     for path in out.glob("*"):  # figures and pages take a hundred times the room
         if path.is_dir():
             shutil.rmtree(path)
         elif path.name not in KEPT and path.suffix not in (".yaml", ".log"):
             path.unlink()
     return found
+
+
+def _unanswered(case: Case) -> Row:
+    if case.apart is not None:
+        return unanswered(read_json(case.apart / TRUTH))
+    return {} if case.known is None else dict.fromkeys(("first", "in_set", "exact", "right"), False)
 
 
 def judged(case: Case, out: Path) -> Row:

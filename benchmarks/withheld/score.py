@@ -44,6 +44,8 @@ NUMBERS = {
 }
 #: Heading and entry of a row.
 ASKED = {"named first": "first", "in the set": "in_set", "exactly": "exact", "place": "place"}
+#: Place of the gap in an answer that gives none.
+NOWHERE: Content = {"channels": []}
 #: Normal quantile of a 95 % interval.
 Z = 1.959964
 
@@ -66,7 +68,7 @@ def read_answer(path: Path) -> Row:
     if found.get("verdict") not in VERDICTS or not 0.0 <= confidence <= 1.0:
         raise ValueError(f"{path}: needs a verdict of {', '.join(VERDICTS)} and a confidence from 0 to 1")
     faults = [{"channel": str(fault["channel"])} for fault in found.get("logs", [])]
-    where = found.get("where", {"channels": []})
+    where = found.get("where", NOWHERE)
     return {**found, "effects": effects, "confidence": confidence, "logs": faults, "where": where}
 
 
@@ -75,10 +77,10 @@ def score(truth: Content, answer: Content) -> Row:
 
     Gives truth and said (in words), verdict, confidence, right, first (the first named effect is planted),
     in_set (all planted ones are named or listed as indistinguishable), exact, place (of the first one), extra
-    (number of effects that are not planted), material and material_named (number of effects that cause a
-    tenth of the gap, and of those that are named), inside (whether the interval of a number holds it, by
-    effect), brier. Where no effect of the library is planted, first, in_set and exact are None. An effect
-    that causes less than a tenth of the gap need not be named.
+    (number of effects that are not planted), seen (of every planted effect: whether it causes a tenth of the
+    gap), material and material_named (number of these, and of those that are named), inside (whether the
+    interval of a number holds it, by effect), brier. Where no effect of the library is planted, first, in_set
+    and exact are None. An effect that is not seen need not be named.
     """
     seen = [bool(effect.get("material", True)) for effect in truth["effects"]]
     case = Case.of(truth, answer, truth.get("acts_at", {}), seen)
@@ -97,11 +99,21 @@ def score(truth: Content, answer: Content) -> Row:
         "exact": case.exact if asked else None,
         "place": case.channel if case.planted else None,
         "extra": sum(not found for found in planted),
+        "seen": seen,
         "material": len(case.material),
         "material_named": sum(case.material),
         "inside": [*_inside(truth, case)],
         "brier": (answer["confidence"] - right) ** 2,
     }
+
+
+def unanswered(truth: Content) -> Row:
+    """Return what `score` says of no answer: nothing is named, and nothing is right."""
+    found = score(
+        truth, {"verdict": "unknown", "confidence": 0.0, "effects": [], "logs": [], "where": NOWHERE}
+    )
+    asked = {key: None if found[key] is None else False for key in ASKED.values()}
+    return {**found, **asked, "right": False, "brier": 0.0}
 
 
 def _told(wrong: Content, answer: Content) -> bool:
@@ -178,9 +190,8 @@ def main(words: Sequence[str]) -> None:
     for path in sorted(truths.glob(f"*/{TRUTH}")):
         name = path.parent.name
         found = [p for p in (answers / name / ANSWER, answers / f"{name}.json") if p.exists()]
-        rows.append(
-            score(json.loads(path.read_text()), read_answer(found[0])) if found else {"error": "none"}
-        )
+        truth = json.loads(path.read_text())
+        rows.append(score(truth, read_answer(found[0])) if found else unanswered(truth) | {"error": "none"})
     if not rows:
         raise ValueError(f"{truths}: holds no <case>/{TRUTH}")
     for line in summary(rows):

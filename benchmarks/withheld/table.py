@@ -74,29 +74,31 @@ def write_page(forms: Mapping[str, Rows], out: Path) -> None:
         forms: rows by case, by name of the entrant.
         out: folder of the benchmark.
     """
-    each = [summary([*rows.values()]) for rows in forms.values()]
+    every = {name: [*rows.values()] for name, rows in forms.items()}
+    each = [summary(rows) for rows in every.values()]
     rates = [[lines[0][0], *(line[1] for line in lines)] for lines in zip(*each, strict=True)]
     rates[0] = ["measure", *(f"{name}, {len(rows)} cases" for name, rows in forms.items())]
     parts = ["<h1>Withheld</h1>", "<p>Rates with 95 % intervals (Wilson).</p>", _html(rates)]
-    parts += ["<h2>By kind of case</h2>", _html(_counts({name: [*r.values()] for name, r in forms.items()}))]
-    parts += ["<h2>Cost</h2>", _html(_costs({name: [*rows.values()] for name, rows in forms.items()}))]
+    parts += ["<h2>By kind of case</h2>", _html(_counts(every))]
+    parts += ["<h2>Cost</h2>", _html(_costs(every))]
     for name, rows in forms.items():
-        parts += [
-            f"<h2>{escape(name)}: every case</h2>",
-            "<div><table>",
-            "<tr><th>case<th>truth<th>answer<th></tr>",
-        ]
-        for case, row in rows.items():
-            right, links = row.get("right"), (f"cases/{case}", f"truth/{case}/truth.json")
-            own, truth = (
-                f'<a href="{link}">{escape(text)}</a>'
-                for link, text in zip(links, (case, row["truth"]), strict=True)
-            )
-            said = f'<a href="answers/{name}/{case}/answer.json">{escape(_answer(row))}</a>'
-            mark = "" if right is None else "right" if right else "wrong"
-            parts.append(f'<tr class="{mark}"><td>{own}<td>{truth}<td>{said}<td>{mark}</tr>')
+        parts += [f"<h2>{escape(name)}: every case</h2>", "<div><table>"]
+        parts += ["<tr><th>case<th>truth<th>answer<th></tr>", *(_linked(row, name) for row in rows.values())]
         parts.append("</table></div>")
     (out / "index.html").write_text(PAGE.format("\n".join(parts)))
+
+
+def _linked(row: Row, name: str) -> str:
+    """A line of the list of cases, with links to the files of the case."""
+    case, right = row["case"], row.get("right")
+    mark = "" if right is None else "right" if right else "wrong"
+    cells = {
+        f"cases/{case}": case,
+        f"truth/{case}/truth.json": row["truth"],
+        f"answers/{name}/{case}/answer.json": _answer(row),
+    }
+    links = "".join(f'<td><a href="{link}">{escape(text)}</a>' for link, text in cells.items())
+    return f'<tr class="{mark}">{links}<td>{mark}</tr>'
 
 
 def _html(rows: Iterable[Sequence[str]]) -> str:
@@ -157,12 +159,6 @@ def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
 
 def _value(row: Row, key: str) -> bool | None:
     """One answer of a row; None where the question does not apply."""
-    if row["kind"] in ("archive", "field"):
-        return None
-    if key in ("first", "in_set", "exact") and row["kind"] in ("null", "outside", "wrong_logs"):
-        return None
-    if row["error"]:
-        return None if key == "harmful" else False
     found = row.get(key)
     return None if found is None else bool(found)
 
