@@ -25,9 +25,9 @@ from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, assembled
 from unmodelled.learning.held_out import measured_samples
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import simulate
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import simulate
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
 

@@ -18,7 +18,7 @@ PEER = f"a first start, numba {numba.__version__} compiling"
 ROOT = Path(__file__).parent.parent
 START = """
 from benchmarks.slider_crank import HIDDEN, SYSTEM
-from unmodelled.models.structures import one_per_port
+from unmodelled.learning.structures import one_per_port
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.systems.reader import read_system
 system = read_system(SYSTEM)

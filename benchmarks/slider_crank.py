@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, simulate
+from unmodelled.learning.structures import one_per_port
 from unmodelled.learning.windows import Problem, Progress, Windows, train_epochs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, simulate
-from unmodelled.models.structures import one_per_port
 from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]

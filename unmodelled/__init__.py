@@ -42,13 +42,13 @@ if TYPE_CHECKING:
     from unmodelled.learning.evaluation import Evaluation as Evaluation
     from unmodelled.learning.evaluation import evaluate as evaluate
     from unmodelled.learning.fit import Fit as Fit
+    from unmodelled.learning.structures import one_per_port as one_per_port
     from unmodelled.learning.training import train as train
     from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty as IdentifiedUncertainty
     from unmodelled.learning.uncertainty.identified import identify_response as identify_response
     from unmodelled.learning.uncertainty.identified import identify_uncertainty as identify_uncertainty
     from unmodelled.logs.folder import read_logs as read_logs
     from unmodelled.logs.logs import Logs as Logs
-    from unmodelled.models.structures import one_per_port as one_per_port
     from unmodelled.systems.model import System as System
     from unmodelled.systems.reader import read_system as read_system
     from unmodelled.systems.writer import write_system as write_system
@@ -71,6 +71,7 @@ else:
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),
         "learning.evaluation": ("Evaluation", "evaluate"),
         "learning.fit": ("Fit",),
+        "learning.structures": ("one_per_port",),
         "learning.training": ("train",),
         "learning.uncertainty.identified": (
             "IdentifiedUncertainty",
@@ -79,7 +80,6 @@ else:
         ),
         "logs.folder": ("read_logs",),
         "logs.logs": ("Logs",),
-        "models.structures": ("one_per_port",),
         "systems.model": ("System",),
         "systems.reader": ("read_system",),
         "systems.writer": ("write_system",),

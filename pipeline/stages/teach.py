@@ -26,11 +26,11 @@ from unmodelled.base.progress import track
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.held_out import free_runs
 from unmodelled.learning.splits import Fold
+from unmodelled.learning.structures import Structure
 from unmodelled.learning.windows import Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_columns
-from unmodelled.models.structures import Structure
 from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system

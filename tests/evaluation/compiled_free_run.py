@@ -14,9 +14,9 @@ from unmodelled.diagnosis.data.gap import WHOLE, FreeRun, steps_of
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.held_out import measured_samples
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import simulate
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import simulate
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 

@@ -45,11 +45,11 @@ from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.splits import leave_one_out
+from unmodelled.learning.structures import one_per_port
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_rows
-from unmodelled.models.structures import one_per_port
 from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"

@@ -10,7 +10,7 @@ import pytest
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.bounce_fitting import fit_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
-from tests.models.bounce_runs import PARAMETERS, campaign, turning
+from tests.learning.bounce_runs import PARAMETERS, campaign, turning
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 

@@ -16,17 +16,17 @@ from unmodelled.learning.evaluation import Evaluation, evaluate
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.recipe import refused, required
 from unmodelled.learning.splits import Fold
-from unmodelled.learning.training import train
-from unmodelled.learning.windows import Windows
-from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
-from unmodelled.models.structures import (
+from unmodelled.learning.structures import (
     Structure,
     black_box,
     conservative_and_dissipative,
     one_per_port,
     physics_only,
 )
+from unmodelled.learning.training import train
+from unmodelled.learning.windows import Windows
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

@@ -27,10 +27,10 @@ from unmodelled.learning.held_out import free_runs, learned_efforts, measured_sa
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.splits import leave_one_out
+from unmodelled.learning.structures import one_per_port, physics_only
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.structures import one_per_port, physics_only
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

@@ -11,7 +11,7 @@ import unmodelled as um
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import effect
 from unmodelled.learning.fit import Fit
-from unmodelled.models.structures import conservative_and_dissipative, one_per_port
+from unmodelled.learning.structures import conservative_and_dissipative, one_per_port
 
 pytestmark = pytest.mark.long
 

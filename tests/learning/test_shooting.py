@@ -14,10 +14,10 @@ from unmodelled.base.errors import BadInput
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.resume import identity, load_progress, save_progress
+from unmodelled.learning.rollout import Measured, simulate
 from unmodelled.learning.shooting import Objective, Segments, Shooting
+from unmodelled.learning.structures import one_per_port
 from unmodelled.learning.windows import Problem, Progress, Training, Windows, finished
-from unmodelled.models.rollout import Measured, simulate
-from unmodelled.models.structures import one_per_port
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

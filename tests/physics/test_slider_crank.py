@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from tests.physics.newton_euler import newton_euler
 from unmodelled.engine.free_run import Integration
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, simulate
-from unmodelled.models.structures import physics_only
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, simulate
+from unmodelled.learning.structures import physics_only
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system

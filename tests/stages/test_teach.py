@@ -14,8 +14,8 @@ from pipeline.rigs.tutorial import TutorialCampaign
 from pipeline.stages.acquire import acquire
 from pipeline.stages.teach import teach
 from unmodelled.base.errors import BadInput
+from unmodelled.learning.structures import black_box, physics_only
 from unmodelled.learning.windows import Windows
-from unmodelled.models.structures import black_box, physics_only
 
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 

@@ -1,1 +1,1 @@
-"""Fitting models to trajectories; nothing here knows a particular split or figure."""
+"""Networks as efforts of a known system, and their training; no particular split or figure is known here."""

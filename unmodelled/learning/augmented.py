@@ -18,15 +18,15 @@ from unmodelled.learning.fit import Fit, load_stack
 from unmodelled.learning.fitting import fit, start_from
 from unmodelled.learning.held_out import measured_samples, surfaces
 from unmodelled.learning.initial import initial_parameters, initial_weights, scales
+from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.recipe import Tables, check_folds, required
 from unmodelled.learning.resume import checkpoint_beside
+from unmodelled.learning.rollout import Measured
 from unmodelled.learning.splits import Fold, Split
+from unmodelled.learning.structures import Plan, Structure
 from unmodelled.learning.windows import Problem, Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured
-from unmodelled.models.structures import Plan, Structure
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -38,7 +38,7 @@ class AugmentedRecipe:
     """A hybrid model of a system and its training.
 
     Attributes:
-        networks: structure of the model: which networks sit where, see `unmodelled.models.structures`.
+        networks: structure of the model: which networks sit where, see `unmodelled.learning.structures`.
         windows: settings of the training.
         identify: names of the parameters that are trained too; None: those that the system file marks.
         spread: largest relative deviation from which training starts, of every parameter that is trained;

@@ -15,9 +15,9 @@ from unmodelled.base.notebook import shown
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
+from unmodelled.learning.nnap import Nnap
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,9 +20,9 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.engine.compiled.structure import Augmented, Network
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.structures import network_inputs, texts_of
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.structures import network_inputs, texts_of
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system

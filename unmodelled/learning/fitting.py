@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.learning.fit import Fit
+from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.resume import identity, load_progress, save_progress
 from unmodelled.learning.windows import Problem, Progress, Training, finished
-from unmodelled.models.nnap import Nnap
 
 Indices = NDArray[np.int64]
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from unmodelled.base.progress import track
 from unmodelled.engine.free_run import Integration
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, simulate
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, simulate
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

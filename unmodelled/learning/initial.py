@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.models.rollout import Measured
+from unmodelled.learning.rollout import Measured
 from unmodelled.systems.reference import torch_equations
 
 Array = NDArray[np.float64]

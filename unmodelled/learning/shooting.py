@@ -20,9 +20,9 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
 from unmodelled.base.workers import threads_of
 from unmodelled.engine.compiled.compiled import kernel
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, rollout
 from unmodelled.learning.windows import Problem, Progress, Windows, weighting
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, rollout
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -9,9 +9,9 @@ import pandas as pd
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.splits import Fold, leave_one_out
+from unmodelled.learning.structures import Structure
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.inputs import LogsGiven, read_inputs
-from unmodelled.models.structures import Structure
 from unmodelled.systems.given import SystemGiven
 
 #: Training of a structure that is given without one: short windows of free run, as in `model=hybrid`.

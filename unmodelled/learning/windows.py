@@ -16,8 +16,8 @@ from unmodelled.base.workers import threads_of
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.training import train
 from unmodelled.engine.free_run import Integration
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, arguments
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, arguments
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -12,8 +12,8 @@ from torch import Tensor
 
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, rollout
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, rollout
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

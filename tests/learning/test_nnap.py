@@ -21,9 +21,9 @@ from tests.physics.kernel.problems import (
 )
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, rollout, simulate
-from unmodelled.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
+from unmodelled.learning.nnap import Nnap
+from unmodelled.learning.rollout import Measured, rollout, simulate
+from unmodelled.learning.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
 from unmodelled.systems.model import System
 
 Build = Callable[[System], Augmented]

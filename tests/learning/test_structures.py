@@ -9,7 +9,7 @@ import sympy as sp
 
 from tests.physics.kernel.problems import NAMES, built_in
 from unmodelled.base.errors import BadInput
-from unmodelled.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
+from unmodelled.learning.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
 from unmodelled.systems.model import System, symbol
 
 every = pytest.mark.parametrize("system", [pytest.param(built_in(name), id=name) for name in NAMES])

@@ -14,7 +14,7 @@ from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.backend import Generated
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.free_run import Integration, Windows
-from unmodelled.models.nnap import Nnap
+from unmodelled.learning.nnap import Nnap
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -18,7 +18,7 @@ from pipeline.cam_follower.bounce_gate import gate, gated, residual, with_bounce
 from pipeline.cam_follower.bounce_kernel import Stretches
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.stages.featurize import interface_force, on_cam
-from tests.models.bounce_runs import PARAMETERS, PERIOD, campaign, turning
+from tests.learning.bounce_runs import PARAMETERS, PERIOD, campaign, turning
 from unmodelled.base.errors import BadInput
 
 Array = NDArray[np.float64]

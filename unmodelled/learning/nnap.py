@@ -31,7 +31,7 @@ class Nnap(nn.Module):
         weights: initial weights of all networks, shape (batch, structure.size).
 
     Examples:
-        >>> from unmodelled.models.structures import one_per_port
+        >>> from unmodelled.learning.structures import one_per_port
         >>> from unmodelled.systems.reader import read_system
         >>> structure = one_per_port(2)(read_system("systems/pendulum.yaml"), ("b",)).structure
         >>> p, one = torch.tensor([[0.02, 0.01, 1.2]]), torch.ones

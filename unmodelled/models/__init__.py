@@ -1,1 +1,0 @@
-"""Models of the dynamics: known physics plus efforts, one file per family."""
