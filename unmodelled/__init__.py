@@ -36,9 +36,9 @@ if TYPE_CHECKING:
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
+    from unmodelled.design.parameter_study import ParameterStudy as ParameterStudy
+    from unmodelled.design.parameter_study import identifiability as identifiability
     from unmodelled.effects.own_law import Law as Law
-    from unmodelled.explanation.parameter_study import ParameterStudy as ParameterStudy
-    from unmodelled.explanation.parameter_study import identifiability as identifiability
     from unmodelled.learning.evaluation import Evaluation as Evaluation
     from unmodelled.learning.evaluation import evaluate as evaluate
     from unmodelled.learning.fit import Fit as Fit
@@ -67,8 +67,8 @@ else:
         "api.robot": ("supplement",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
+        "design.parameter_study": ("ParameterStudy", "identifiability"),
         "effects.own_law": ("Law",),
-        "explanation.parameter_study": ("ParameterStudy", "identifiability"),
         "learning.evaluation": ("Evaluation", "evaluate"),
         "learning.fit": ("Fit",),
         "learning.structures": ("one_per_port",),

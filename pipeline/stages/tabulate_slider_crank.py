@@ -17,7 +17,7 @@ from pipeline.revision import revision
 from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
-from unmodelled.explanation.closed_form import closed_form
+from unmodelled.learning.closed_form import closed_form
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.equations import equations
 from unmodelled.systems.reader import read_system

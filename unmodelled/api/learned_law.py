@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import sympy as sp
 
+from unmodelled.effects.formula_candidates import Motion, Term
 from unmodelled.effects.place import Site
 from unmodelled.effects.substitution import with_law
-from unmodelled.explanation.closed_form import ClosedForm, closed_form
-from unmodelled.explanation.formula_candidates import Motion, Term
+from unmodelled.learning.closed_form import ClosedForm, closed_form
 from unmodelled.logs.logs import Logs
 from unmodelled.systems import units
 from unmodelled.systems.grammar import evaluate

@@ -1,1 +1,1 @@
-"""Design of the next experiment: inputs, within limits, that tell the models of a diagnosis apart."""
+"""What logs can determine, and which experiment, within limits, would determine more."""

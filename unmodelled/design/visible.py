@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import ndtri
 
+from unmodelled.design.identifiability import correlated
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.persistence import default_horizon
@@ -24,7 +25,6 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
-from unmodelled.explanation.identifiability import correlated
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from unmodelled.base.ownership import verb
-from unmodelled.explanation.parameter_study import identifiability as studied
+from unmodelled.design.parameter_study import identifiability as studied
 from unmodelled.logs.inputs import read_inputs
 
 

@@ -22,6 +22,7 @@ from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.constant_load import ConstantLoad
 from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.formula_candidates import HIGHEST_HARMONIC, HIGHEST_POWER, Motion, Term
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.linear_loss import LinearLoss
 from unmodelled.effects.linear_spring import LinearSpring
@@ -29,7 +30,6 @@ from unmodelled.effects.place import Place, Site
 from unmodelled.effects.quadratic_drag import QuadraticDrag
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
-from unmodelled.explanation.formula_candidates import HIGHEST_HARMONIC, HIGHEST_POWER, Motion, Term
 from unmodelled.systems.model import Port, System
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from unmodelled.explanation.absorption import beside_networks
-from unmodelled.explanation.identifiability import ABSORBED, MOST, Identifiability, ParameterSet
+from unmodelled.design.absorption import beside_networks
+from unmodelled.design.identifiability import ABSORBED, MOST, Identifiability, ParameterSet
 from unmodelled.systems.model import System
 
 #: Sets that are recommended, and groups of parameters to separate, that are put into words.

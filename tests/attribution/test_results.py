@@ -14,7 +14,7 @@ from pytest import approx
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley
 from pipeline.attribution.result import Attribution, agreement, relative_shares
-from tests.explanation.attribution_problems import inputs_of, random_network, random_runs, rows
+from tests.attribution.problems import inputs_of, random_network, random_runs, rows
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
 

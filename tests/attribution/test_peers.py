@@ -17,7 +17,7 @@ from pipeline.attribution.exact import exact_shapley
 from pipeline.attribution.recurrent import Recurrent
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
-from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
+from tests.attribution.problems import inputs_of, random_network, random_runs
 from unmodelled.base.threads import one_thread
 
 

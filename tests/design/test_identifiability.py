@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from pipeline.rigs.slider_crank import SliderCrankCampaign
-from tests.explanation.motions import motion, read
+from tests.design.motions import motion, read
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.identifiability import identifiability
-from unmodelled.explanation.advice import advise
-from unmodelled.explanation.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
+from unmodelled.design.advice import advise
+from unmodelled.design.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System

@@ -17,7 +17,7 @@ from pipeline.attribution import deep_shap as module
 from pipeline.attribution.deep_shap import contributions, deep_shap, multipliers
 from pipeline.attribution.recurrent import Recurrent, Trace
 from pipeline.cam_follower.sequences import Sequences
-from tests.explanation.attribution_problems import (
+from tests.attribution.problems import (
     STATES,
     alike,
     deaf,

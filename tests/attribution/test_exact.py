@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pipeline.attribution import exact as module
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley, shapley_weights
-from tests.explanation.attribution_problems import (
+from tests.attribution.problems import (
     STATES,
     alike,
     deaf,

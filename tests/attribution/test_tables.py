@@ -11,7 +11,7 @@ from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.groups import players
 from pipeline.figures.jumps.explanation import explanation
-from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
+from tests.attribution.problems import inputs_of, random_network, random_runs
 from unmodelled.base.errors import BadInput
 
 SIZES = {"explained_runs": 3, "references": 4, "exact_runs": 2, "exact_references": 2}

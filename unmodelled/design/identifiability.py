@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 
 from unmodelled.base.errors import BadInput
-from unmodelled.explanation.absorption import beside_networks
-from unmodelled.explanation.sensitivity import Sensitivity, sensitivity
+from unmodelled.design.absorption import beside_networks
+from unmodelled.design.sensitivity import Sensitivity, sensitivity
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -14,8 +14,8 @@ from pytest import approx
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
 from unmodelled.base.errors import BadInput
-from unmodelled.explanation.closed_form import LARGEST, ClosedForm, closed_form
-from unmodelled.explanation.formula_candidates import candidates, short_number
+from unmodelled.effects.formula_candidates import candidates, short_number
+from unmodelled.learning.closed_form import LARGEST, ClosedForm, closed_form
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol
 from unmodelled.systems.numeric import NUMPY

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.explanation.motions import motion, read
-from unmodelled.explanation.absorption import beside_networks
-from unmodelled.explanation.advice import advise
-from unmodelled.explanation.identifiability import COLLINEAR, identify_sets
+from tests.design.motions import motion, read
+from unmodelled.design.absorption import beside_networks
+from unmodelled.design.advice import advise
+from unmodelled.design.identifiability import COLLINEAR, identify_sets
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from unmodelled.base.errors import BadInput
-from unmodelled.explanation.formula_candidates import (
+from unmodelled.effects.formula_candidates import (
     Motion,
     Term,
     candidates,

@@ -15,8 +15,8 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
-from unmodelled.explanation.advice import advise
-from unmodelled.explanation.identifiability import Identifiability, identify_sets
+from unmodelled.design.advice import advise
+from unmodelled.design.identifiability import Identifiability, identify_sets
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.given import SystemGiven

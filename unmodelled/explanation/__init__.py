@@ -1,1 +1,0 @@
-"""Identifiability of parameters, and closed forms of learned forces."""
