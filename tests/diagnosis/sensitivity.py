@@ -53,9 +53,8 @@ DECIDING = (
     *("material_rest", "negligible_error", "unexplained_gap", "most_equal"),
 )
 OF_FAULTS = (
-    *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),
-    *("clock_error_ratio", "equal_error_ratio", "little_input", "outstanding_error"),
-    *("fewest_for_outstanding", "copied_noise"),
+    *("fault_share", "suspect_share", "clock_error_ratio", "equal_error_ratio", "little_input"),
+    *("outstanding_error", "copied_noise"),
 )
 OF_WHERE = [f.name for f in fields(Thresholds)][
     [f.name for f in fields(Thresholds)].index("shown_channel_share") :

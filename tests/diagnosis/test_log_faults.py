@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.signal import savgol_filter
+from scipy.signal import lfilter, savgol_filter
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.withheld.campaign import WithheldCampaign
@@ -32,10 +32,20 @@ from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 HORIZON = 0.1
+PIPE = """
+schema: system/1
+name: pipe
+states: {y: {unit: K}}
+inputs: {u: {unit: K, delay: 1.0}}
+outputs: {y: {unit: K}}
+parameters: {tau: {value: 0.25, unit: s, identify: true, bounds: [0.05, 1.0]}}
+dynamics: {y: (u - y)/tau}
+"""
 SYSTEM = Path("systems/pendulum.yaml")
 Spoil = Callable[[pd.DataFrame, str], pd.DataFrame]
 
@@ -145,13 +155,35 @@ def frictionless(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("spoil", "said"),
     [
         (scaled("t", 2.0), "ran 2 times too fast: multiplied by 0.4"),
-        (stretched(1.05, "run3"), "t of run3 looks as if its clock ran 4.7 % slow: multiplied by 1.04"),
+        (stretched(1.05, "run3"), "t of run3 looks as if its clock ran 4.8 % slow: multiplied by 1.05"),
         (stretched(0.8, "run3"), "t of run3 looks as if its clock ran 1.25 times too fast: multiplied by 0."),
     ],
     ids=["all twice", "one 5 % slow", "one 25 % fast"],
 )
 def test_how_far_a_clock_is_off(spoil: Spoil, said: str, frictionless: Path, tmp_path: Path) -> None:
     assert said in only(log_faults(*spoilt(frictionless, tmp_path, spoil), HORIZON)).sentence
+
+
+def test_a_clock_of_one_run_beside_wrong_numbers(frictionless: Path, tmp_path: Path) -> None:
+    """Numbers 30 % off leave errors in all runs; this one stands out once they are fitted."""
+    system = pendulum(tmp_path).with_values({"J": 0.014, "mgl": 0.7})
+    _, logs = spoilt(frictionless, tmp_path, stretched(0.8, "run3"))
+    fault = only(log_faults(system, prepare(system, logs), HORIZON))
+    assert (fault.channels, fault.problem, fault.experiments) == (("t",), "clock", ("run3",))
+
+
+def test_a_delay_that_depends_on_the_flow_is_no_wrong_clock(tmp_path: Path) -> None:
+    """The front comes after 0.45 s in one run and after 1 s in the others; the file knows the latter."""
+    (tmp_path / "pipe.yaml").write_text(PIPE)
+    rng, t, logs = np.random.default_rng(0), np.arange(0.0, 12.0, 0.05), list[pd.DataFrame]()
+    for run in range(6):
+        valve = np.repeat(rng.uniform(0.0, 1.0, 6), 40)
+        late = np.interp(t - (0.45 if run == 5 else 1.0), t, valve)
+        level = lfilter([0.05 / 0.3], [1.0, 0.05 / 0.3 - 1.0], late) + 1e-3 * rng.standard_normal(len(t))
+        logs.append(pd.DataFrame({"t": t, "u": valve, "y": level}))
+    write_runs(tmp_path / "logs", logs)
+    system = read_system(tmp_path / "pipe.yaml")
+    assert log_faults(system, read_logs(tmp_path / "logs", system), 1.0) == ()
 
 
 def test_a_wrong_inertia_is_no_wrong_clock(tmp_path: Path) -> None:
@@ -347,6 +379,19 @@ def test_an_input_that_did_nothing(tmp_path: Path) -> None:
 
     fault = only(log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", driven), HORIZON))
     assert (fault.channels, fault.problem) == (("torque",), "no_effect")
+
+
+def test_an_input_that_has_nothing_to_do_with_the_motion(right: Path, tmp_path: Path) -> None:
+    """As large and as fast as the one that acts."""
+
+    def other(log: pd.DataFrame, name: str) -> pd.DataFrame:
+        rng, spectrum = np.random.default_rng(len(name)), np.fft.rfft(log["torque"])
+        turned = spectrum * np.exp(2j * np.pi * rng.uniform(size=len(spectrum)))
+        return log.assign(torque=np.fft.irfft(turned, len(log)))
+
+    fault = only(log_faults(*spoilt(right, tmp_path, other), HORIZON))
+    assert (fault.channels, fault.problem) == (("torque",), "no_effect")
+    assert "nothing to do with the outputs" in fault.sentence and "Check that the column" in fault.sentence
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,10 @@ NO_EFFECT = LogProblem(
     *("no_effect", 0.0, "", "as if it had no effect", "replaced by zero"),
     "Check that the column is the input that drove the machine",
 )
+UNRELATED = replace(
+    NO_EFFECT,
+    looks="as if it had nothing to do with the outputs: random signals of its spectrum predict them as well",
+)
 CLOCKS = (
     LogProblem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
     LogProblem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
@@ -108,6 +112,11 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
         for problem in (*PROBLEMS, *(EXTREMES if useless else ())):
             if not problem.base or {problem.base} == {_base(units[name]) for name in channels}:
                 yield _scaled(problem, channels, logs)
+
+
+def without_inputs(logs: Logs) -> Question:
+    """Return the question whether no input has anything to do with the outputs."""
+    return _scaled(UNRELATED, logs.inputs, logs)
 
 
 def _multiples(system: System, logs: Logs) -> Iterator[Question]:

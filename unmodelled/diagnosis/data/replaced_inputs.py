@@ -83,6 +83,13 @@ def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
     return found
 
 
+def later_inputs(logs: Logs, samples: int) -> Correction:
+    """Return the correction that lets inputs act some samples later, held at the ends of every run."""
+    run = logs.offsets[logs.owner]
+    rows = np.clip(np.arange(len(logs.u)) - samples, run, run + np.diff(logs.offsets)[logs.owner] - 1)
+    return Correction.replaced(logs, logs.u[rows])
+
+
 def other_run(logs: Logs, shifts: NDArray[np.int64]) -> Question:
     """Return the question whether runs have the inputs of others.
 

@@ -80,18 +80,12 @@ class Thresholds:
         combined_least: change of a number in such a combination, relative to its size, at least.
         combined_ratio: change of a number in such a combination against its change alone, at least.
         fault_share: share that a fault explains at least, if it decides the verdict check_logs.
-        fault_share_some: share that a fault in some experiments explains at least.
-        slow_input_share: share that an input explains that is logged rarely and read straight, at least.
         suspect_share: share that a correction explains before parameters are fitted to it.
-        fault_error_ratio: squared error of the corrected model against that of a prediction without a model,
-            at most.
-        material_error: error up to which no fault is searched.
         clock_error_ratio: squared error that a law leaves against a wrong clock, at least: another inertia
             where the clock of all experiments is wrong, stiffening springs where that of one is.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
         little_input: amount of an input that must be worse than none where the input has no effect.
         outstanding_error: squared error of an experiment that may have a fault of its own, at least.
-        fewest_for_outstanding: smallest number of experiments of which one can stand out.
         copied_noise: residual of a filter that computes an output from another one, at most.
         shown_channel_share: share of a channel that has regions and figures, at least.
         least_gap_share: share of a channel that is listed, at least.
@@ -242,23 +236,9 @@ class Thresholds:
 
     # Faults of the logs
     fault_share: float = _threshold(
-        0.9, "share of the squared error", _ALARMS, "half, and half way to one: none of 17 logs"
-    )
-    fault_share_some: float = _threshold(
-        0.5,
-        "share of the squared error",
-        _ALARMS,
-        "half: none of 17 logs; twice (all of it): 7 faults of one experiment are missed",
-    )
-    slow_input_share: float = _threshold(
-        0.75,
-        "share of the squared error",
-        "commands of a drone logged at a twenty-fifth of the gyro's rate: 0.90; held commands: below zero",
-        "not measured: the 17 logs of decision 10 have no such input",
+        0.8, "share of the squared error", _ALARMS, "half, and half way to one: none of 17 logs"
     )
     suspect_share: float = _threshold(0.25, "share of the squared error", _ALARMS, _NO_FAULT)
-    fault_error_ratio: float = _threshold(0.5, "share of a prediction's squared error", _ALARMS, _NO_FAULT)
-    material_error: float = _threshold(0.005, "standard deviations within a run", _ALARMS, _NO_FAULT)
     clock_error_ratio: float = _threshold(2.0, "1", _ALARMS, _NO_FAULT)
     equal_error_ratio: float = _threshold(
         1.1, "1", _ALARMS, "part above one halved and doubled: none of 17 logs"
@@ -270,7 +250,6 @@ class Thresholds:
         "not measured: the 17 logs of decision 10 have no input without effect",
     )
     outstanding_error: float = _threshold(4.0, "median of the others", _ALARMS, _NO_FAULT)
-    fewest_for_outstanding: int = _threshold(3, "experiments", _JUDGEMENT, _NO_FAULT)
     copied_noise: float = _threshold(
         0.1,
         "share of the filtered noise",

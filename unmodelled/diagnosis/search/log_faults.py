@@ -21,16 +21,18 @@ from unmodelled.diagnosis.data.log_questions import (
     constants,
     moves_without_input,
     questions,
+    without_inputs,
 )
 from unmodelled.diagnosis.data.persistence import default_horizon
-from unmodelled.diagnosis.data.replaced_inputs import SLOW, slow_inputs
+from unmodelled.diagnosis.data.replaced_inputs import later_inputs, slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
 from unmodelled.diagnosis.search.log_fits import (
     CLOCK_PROBLEM,
-    fitted,
+    of_every,
+    of_one,
     swapped,
     with_free_numbers,
     with_friction,
@@ -39,6 +41,7 @@ from unmodelled.diagnosis.search.log_fits import (
 )
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
+from unmodelled.logs.inspection.related import is_related
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
@@ -49,6 +52,10 @@ Mask = NDArray[np.bool_]
 #: Horizons that are tried one after the other, in units of the given one: within a short horizon a true model
 #: may be hardly better than no model.
 HORIZON_FACTORS = 1.0, 4.0
+#: Horizons up to which an input acts.
+MEMORY = 2
+#: Times by which inputs may act later in one experiment, in horizons.
+LATER = np.linspace(-1.0, 1.0, 21)
 #: Corrections that are re-identified, the most promising ones (a budget).
 REIDENTIFIED = 3
 #: Squared error, in that of persistence, from which the known physics is of no use: units and inputs may be
@@ -91,10 +98,8 @@ class _Suspect:
 
     def is_enough(self, limits: Thresholds) -> bool:
         """Return whether the fault explains most of the error of its experiments, and enough of all error."""
-        # of an input that is logged rarely, the correction only guesses what it does between its samples
-        share = limits.slow_input_share if self.question.problem.name == SLOW else limits.fault_share
-        least = share if self.everywhere else limits.fault_share_some
-        return self.explains_where_it_is >= share and self.explains >= least
+        most, enough = limits.fault_share, limits.suspect_share
+        return self.explains_where_it_is >= most and self.explains >= enough
 
 
 def without_copies(
@@ -145,7 +150,26 @@ def log_faults(
     ]
     if not answer and said and moves_without_input(found) and _far_off(system, found, horizon, thresholds):
         said = [replace(note, decides=True) for note in said]
+    if not answer and not any(note.decides for note in said):
+        answer = _unrelated(system, found, horizon, thresholds)
     return *duplicates(logs), *said, *answer
+
+
+def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
+    """Return the fault that the inputs have nothing to do with the outputs, as a tuple of one, or none.
+
+    The model is worse with these inputs than without any, and random signals of their spectrum predict the
+    outputs as well.
+    """
+    if not logs.inputs:
+        return ()
+    trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
+    question, steps = without_inputs(logs), trials.steps(trials.none)
+    before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
+    suspect = _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
+    if not suspect.explains > thresholds.suspect_share or is_related(logs, MEMORY * steps):
+        return ()
+    return (_fault(trials, suspect, ()),)
 
 
 def _far_off(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> bool:
@@ -173,10 +197,9 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
 
 def _suspects(trials: Trials) -> Iterator[_Suspect]:
     logs, steps = trials.logs, trials.steps(trials.none)
-    before = trials.square(trials.none, steps)
-    if before.max() < trials.thresholds.material_error**2:
+    before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
+    if not _matters(before, nothing, trials.thresholds):
         return
-    nothing = trials.persistence(steps)
     for question in questions(trials.system, logs, before.sum() > USELESS * nothing.sum()):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
@@ -200,17 +223,29 @@ def _suspects(trials: Trials) -> Iterator[_Suspect]:
 
 
 def _fits(trials: Trials) -> Iterator[_Suspect]:
-    """Yield corrections with a fitted size; over a long horizon they also fit errors of other causes."""
+    """Yield corrections with a fitted size; over a long horizon they also fit errors of other causes.
+
+    One experiment stands out once the uncertain parameters are fitted to all: before, wrong numbers leave
+    errors everywhere.
+    """
     steps = trials.steps(trials.none)
-    before = trials.square(trials.none, steps)
-    if before.max() < trials.thresholds.material_error**2:
+    before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
+    if not _matters(before, nothing, trials.thresholds):
         return
-    for question in fitted(trials, steps, before):
-        after = trials.square(question.correction, steps)
-        runs = question.correction.corrected
-        suspect = _only(question, runs, steps, before, after)
+    known = trials.refitted(steps)
+    left = known.square(known.none, steps, every=True)
+    alone = of_one(known, steps, left) if _matters(left, nothing, trials.thresholds) else ()
+    every = (trials, before, of_every(trials, steps), False)
+    for tried, old, question, whole in (every, *((known, left, q, True) for q in alone)):
+        after = tried.square(question.correction, steps, whole)
+        suspect = _only(question, question.correction.corrected, steps, old, after)
         if suspect.explains > trials.thresholds.suspect_share:
             yield suspect
+
+
+def _matters(square: Array, nothing: Array, limits: Thresholds) -> bool:
+    """Return whether the error of an experiment matters beside that of persistence in all."""
+    return float(square.max()) >= limits.negligible_error**2 * float(np.median(nothing))
 
 
 def _where(before: Array, after: Array, limits: Thresholds) -> Iterator[Mask]:
@@ -264,14 +299,16 @@ def _good(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether the corrected model predicts well, and no law explains as much."""
     left = float(suspect.after[suspect.runs].sum())
     persistence = trials.persistence(suspect.steps, not suspect.everywhere)[suspect.runs].sum()
-    return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _law(trials, suspect)
+    useful = left <= trials.thresholds.useful_error**2 * float(persistence)
+    return useful and not _law(trials, suspect)
 
 
 def _law(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether a law explains as much as a wrong clock.
 
     If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
-    friction, or a wrong number of the file, and stiffening springs if that of some experiments is.
+    friction, or a wrong number of the file. If that of one experiment is, stiffening springs, or inputs that
+    act at another time there, with which it stands out no more: the time of a flow depends on the flow.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
         return False
@@ -280,6 +317,11 @@ def _law(trials: Trials, suspect: _Suspect) -> bool:
         others = [with_friction(with_inertia(system), logs), *with_free_numbers(system)]
     else:
         others = [with_springs(system, logs)]
+        known, mine = trials.refitted(suspect.steps), suspect.runs
+        usual = trials.thresholds.outstanding_error * float(np.median(suspect.before[~mine]))
+        for samples in np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist():
+            if known.square(later_inputs(logs, samples), suspect.steps, every)[mine].max() < usual:
+                return True
 
     def left(other: System) -> float:
         found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)

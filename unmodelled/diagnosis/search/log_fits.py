@@ -44,19 +44,23 @@ SPRING = 10.0
 PER_CENT = 0.2
 
 
-def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit the clock of all experiments, then an offset and the clock of one experiment that stands out.
+def of_every(trials: Trials, steps: int) -> Question:
+    """Fit the clock of all experiments."""
+    return _of_time(trials, _factor(trials, steps), np.ones(len(trials.logs), np.bool_))
+
+
+def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
+    """Fit an offset and the clock of one experiment that stands out.
 
     Takes before (experiments,).
     """
-    yield _of_time(trials, _factor(trials, steps), np.ones(len(before), np.bool_))
     worst = int(np.argmax(before))
     others = np.arange(len(before)) != worst
     limits = trials.thresholds
-    usual = np.median(before[others]) if others.any() else np.inf
-    if len(before) < limits.fewest_for_outstanding or before[worst] < limits.outstanding_error * usual:
+    # of two experiments, nothing tells which one is wrong
+    if others.sum() < 2 or before[worst] < limits.outstanding_error * np.median(before[others]):
         return
-    alone = Trials(trials.system, trials.logs.among([worst]), trials.horizon, thresholds=limits)
+    alone = trials.alone(worst)
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     yield _of_time(trials, _factor(alone, steps), ~others)

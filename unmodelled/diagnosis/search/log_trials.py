@@ -41,6 +41,7 @@ class Trials:
         horizon: length of the free-run windows, s.
         sensors: sensors of the logs, where they are known already.
         thresholds: thresholds of the decisions.
+        numbers: parameter sets, shape (experiments or 1, 1, numbers), default those of the system.
     """
 
     def __init__(
@@ -50,9 +51,10 @@ class Trials:
         horizon: float,
         sensors: Sensors | None = None,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
+        numbers: Array | None = None,
     ) -> None:
         self.system, self.logs, self.horizon, self.thresholds = system, logs, horizon, thresholds
-        self.sensors = sensors or Sensors(logs)
+        self.sensors, self.numbers = sensors or Sensors(logs), numbers
         self.none = Correction.none(logs)
         self._uncorrected: dict[int, Array] = {}  # fitted numbers by samples of a window
 
@@ -71,13 +73,29 @@ class Trials:
         """Return the number of samples of a window on the corrected clock."""
         return steps_of(self.horizon, correction.logs(self.system, self.logs))
 
-    def square(self, correction: Correction, steps: int) -> Array:
+    def square(self, correction: Correction, steps: int, every: bool = False) -> Array:
         """Return the mean square error of the system as given, over windows and outputs.
 
         Gives (experiments,).
         """
-        simulation = self._simulation(correction, steps)
-        return self._error(simulation, correction, simulation.values[None, None])
+        simulation = self._simulation(correction, steps, every)
+        numbers = simulation.values[None, None] if self.numbers is None else self.numbers
+        return self._error(simulation, correction, numbers)
+
+    def refitted(self, steps: int) -> Trials:
+        """Return the trials of the system with its uncertain parameters quickly fitted to all experiments."""
+        self.identified(self.none, steps)
+        numbers = self._uncorrected[steps]
+        return Trials(self.system, self.logs, self.horizon, self.sensors, self.thresholds, numbers)
+
+    def alone(self, run: int) -> Trials:
+        """Return the trials of one experiment."""
+        numbers = self.numbers
+        if numbers is not None and len(numbers) > 1:
+            numbers = numbers[[run]]
+        return Trials(
+            self.system, self.logs.among([run]), self.horizon, thresholds=self.thresholds, numbers=numbers
+        )
 
     def persistence(self, steps: int, every: bool = False) -> Array:
         """Return the mean square error of persistence: outputs keep their values, or their speeds.
