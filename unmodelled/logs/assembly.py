@@ -27,7 +27,7 @@ from unmodelled.logs.clock import (
 from unmodelled.logs.constants import logged, part_name, with_constants
 from unmodelled.logs.inspection.finding import sentences
 from unmodelled.logs.inspection.inspect import inspected
-from unmodelled.logs.logs import Continued, Logs
+from unmodelled.logs.measurements import Continued, M
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
 from unmodelled.logs.table import SMALLEST, Columns, Rows, check_header, check_texts, numbers
@@ -62,14 +62,15 @@ def in_si(log: Columns, system: System) -> Columns:
 
 
 def assembled(
+    kind: type[M],
     system: System,
     path: Path,
     table: tuple[list[str], Rows],
     logs: Sequence[Columns],
     provenance: Mapping[str, Any],
     faults: Faults,
-) -> Logs:
-    """Return logs on one uniform clock, with states."""
+) -> M:
+    """Return logs of a kind on one uniform clock, with states."""
     found = Faults()
     check_alive(system, logs, faults)
     with found.collected():
@@ -83,7 +84,7 @@ def assembled(
     experiments, notes = with_constants(system, experiments, _places(path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
     notes = [*notes, *sentences(looked), *cuts]
-    return prepare(system, _measurements(system, experiments, logs, period, notes, provenance))
+    return prepare(system, _measurements(kind, system, experiments, logs, period, notes, provenance))
 
 
 def _places(path: Path, experiments: pd.DataFrame) -> list[str]:
@@ -185,13 +186,14 @@ def _check_ids(path: Path, rows: Sequence[int], ids: Sequence[str]) -> None:
 
 
 def _measurements(
+    kind: type[M],
     system: System,
     experiments: pd.DataFrame,
     logs: Sequence[Columns],
     period: float,
     notes: list[str],
     provenance: Mapping[str, Any],
-) -> Logs:
+) -> M:
     ids = tuple(experiments["id"])
     clocks, moves = zip(*(uniform_clock(log.values["t"], period) for log in logs), strict=True)
     offsets = np.concatenate([[0], np.cumsum([len(clock) for clock in clocks])]).astype(np.int64)
@@ -207,7 +209,7 @@ def _measurements(
             notes.append(f"{output.name} was unwrapped")
     for j, item in enumerate(system.inputs):
         u[:, j] = _read([log.values[item.column] for log in logs], pairs, "linear")
-    return Logs.measurements(
+    return kind.without_states(
         system,
         experiments=experiments,
         period=period,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.measurements import Measurements
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -42,13 +42,13 @@ class Courses:
         first: first filled sample of every experiment, shape (experiments,).
     """
 
-    logs: Logs
+    logs: Measurements
     before: Indices
     share: Array
     first: Indices
 
     @classmethod
-    def of(cls, logs: Logs) -> Courses:
+    def of(cls, logs: Measurements) -> Courses:
         """Return the filled samples of experiments."""
         starts = logs.offsets[:-1]
         missing = [max(logs.gap(i) or 1, 1) - 1 for i in range(len(logs))]

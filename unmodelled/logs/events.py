@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.logs import Logs, names
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.measurements import names
 from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import TIME, Event, System, symbol
 from unmodelled.systems.numeric import numpy_system_function

@@ -80,7 +80,9 @@ def read_logs(folder: Path | str, system: SystemGiven) -> Logs:
     if not folder.is_file():
         with faults.collected():
             provenance = _provenance(folder)
-    return replace(assembled(system, table, (header, rows), logs, provenance, faults), source=str(folder))
+    return replace(
+        assembled(Logs, system, table, (header, rows), logs, provenance, faults), source=str(folder)
+    )
 
 
 def _stored(folder: Path, system: System) -> Logs:

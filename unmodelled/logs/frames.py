@@ -11,7 +11,7 @@ from unmodelled.base.errors import BadInput, Faults
 from unmodelled.logs.assembly import assembled, check_log, in_si, units_of
 from unmodelled.logs.cells import frame_numbers
 from unmodelled.logs.constants import logged
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.measurements import M
 from unmodelled.logs.recognition import refuse_missing
 from unmodelled.logs.table import Columns, Rows, check_repeated
 from unmodelled.systems.model import System
@@ -20,9 +20,9 @@ ORIGIN = {"data": "measured", "description": "data frames"}
 
 
 def read_frames(
-    frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
-) -> Logs:
-    """Read data frames as `Logs.from_frames` says."""
+    kind: type[M], frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None
+) -> M:
+    """Read data frames as logs of a kind, as `Logs.from_frames` says."""
     table, faults, logs = _table(list(frames), experiments), Faults(), []
     if frames:
         refuse_missing("experiments: row 1", "the table", table[0], logged(system))
@@ -31,7 +31,7 @@ def read_frames(
             log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
             check_log(log, system)
             logs.append(in_si(log, system))
-    return assembled(system, Path("experiments"), table, logs, ORIGIN, faults)
+    return assembled(kind, system, Path("experiments"), table, logs, ORIGIN, faults)
 
 
 def _table(ids: list[str], experiments: pd.DataFrame | None) -> tuple[list[str], Rows]:

@@ -1,12 +1,10 @@
-"""Measured experiments of one system, on one uniform clock."""
+"""Measured experiments as a caller reads and writes them: data frames, stores and HDF5 files."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,109 +14,25 @@ from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.frames import read_frames
 from unmodelled.logs.hdf5 import write_hdf5
+from unmodelled.logs.measurements import Continued, Measurements, names
 from unmodelled.logs.table import check_texts
 from unmodelled.systems.model import Logged, System
 
 Array = NDArray[np.float64]
-Names = tuple[str, ...]
 
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
-#: Share of all samples in experiments whose length does not count as usual: one short part of a record must
-#: not set the horizon of all others.
-SHORT_ONES = 0.1
-#: Their largest length, relative to the shortest other experiment: runs that differ by less are usual.
-SHORT = 0.5
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
-class Continued(NamedTuple):
-    """Experiment of the same record that ended before another one began.
+class Logs(Measurements):
+    """Measured experiments of one campaign, frozen, with the forms in which they are read and written.
 
-    Attributes:
-        id: its id.
-        periods: sampling periods from its last sample to the first sample of the other one.
+    The attributes, such as the outputs `y` and the inputs `u`, are those of `measurements.Measurements`.
     """
-
-    id: str
-    periods: int
-
-
-@dataclass(frozen=True, repr=False)
-class Logs:
-    """Measured experiments of one campaign, frozen.
-
-    The samples of all experiments stand one after the other: experiment `i` owns the rows
-    `offsets[i]:offsets[i + 1]`. Units are those of the system file.
-
-    Attributes:
-        outputs: names of the outputs, in the order of the columns of `y`.
-        inputs: names of the inputs, in the order of the columns of `u`.
-        states: names of the states, in the order of the columns of `x`.
-        constants: names of the constants of the operating point, in the order of the columns of `c`.
-        ids: names of the experiments.
-        experiments: table with `id`, `file`, `group` if there is one, the operating point and further
-            columns, a row per experiment.
-        period: sampling period, s.
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        t: time since the start of the experiment, shape (samples,), s.
-        y: measured outputs, angles unwrapped, shape (samples, outputs).
-        u: inputs after `delays`, shape (samples, inputs).
-        c: constants of the operating points, shape (experiments, constants).
-        x: estimated states, shape (samples, states); there are none before `preparation.prepare`.
-        measured: True per state that an output shows, itself or its position.
-        notes: sentences on what was done to the data.
-        provenance: origin of the data; `data` is "measured" or "virtual".
-        delays: delays that `u` includes already, one per input, s; none where it is empty.
-        continues: experiment that every experiment continues, None where a record begins; empty where none
-            continues another. States that no output shows go on from there.
-        source: folder that the logs were read from, "" where there is none.
-    """
-
-    outputs: tuple[str, ...]
-    inputs: tuple[str, ...]
-    states: tuple[str, ...]
-    constants: tuple[str, ...]
-    ids: tuple[str, ...]
-    experiments: pd.DataFrame
-    period: float
-    offsets: NDArray[np.int64]
-    t: Array
-    y: Array
-    u: Array
-    c: Array
-    x: Array
-    measured: tuple[bool, ...]
-    notes: tuple[str, ...]
-    provenance: Mapping[str, Any]
-    delays: tuple[float, ...] = ()
-    continues: tuple[Continued | None, ...] = ()
-    source: str = field(default="", compare=False)
-
-    def __len__(self) -> int:
-        return len(self.ids)
-
-    def __repr__(self) -> str:
-        longest = float(np.diff(self.offsets).max()) * self.period
-        samples = f"{len(self.t)} samples every {self.period:g} s"
-        lines = [
-            f"{len(self)} experiments, {samples}, up to {longest:.4g} s long",
-            f"outputs: {', '.join(self.outputs)}",
-            f"inputs: {', '.join(self.inputs) or 'none'}",
-        ]
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-    def table(self) -> pd.DataFrame:
-        """Return a row per sample: experiment, t (s), and outputs and inputs in their units.
-
-        Outputs are as logged, unwrapped; inputs are as they act, after their delay.
-        """
-        columns: dict[str, Any] = {"experiment": np.array(self.ids)[self.owner], "t": self.t}
-        columns |= {name: self.y[:, j] for j, name in enumerate(self.outputs)}
-        columns |= {name: self.u[:, j] for j, name in enumerate(self.inputs) if name not in columns}
-        return pd.DataFrame(columns)
 
     @classmethod
     def from_frames(
@@ -146,67 +60,7 @@ class Logs:
             inputs: torque
             note: omega was estimated from theta by smoothing differentiation over 21 samples
         """
-        from unmodelled.logs.frames import read_frames
-
-        return read_frames(frames, system, experiments)
-
-    @cached_property
-    def owner(self) -> NDArray[np.int64]:
-        """Number of the experiment of every sample, shape (samples,)."""
-        return np.repeat(np.arange(len(self)), np.diff(self.offsets))
-
-    def rows(self, i: int) -> slice:
-        """Return the rows of one experiment.
-
-        Args:
-            i: number of the experiment.
-        """
-        return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
-
-    @property
-    def usual_length(self) -> int:
-        """Samples of the shortest experiment that is no part beside much longer ones.
-
-        Such parts hold a tenth of all samples together, and each is less than half as long as all others.
-        """
-        lengths = np.sort(np.diff(self.offsets))
-        least = lengths[np.searchsorted(np.cumsum(lengths), SHORT_ONES * self.offsets[-1], "right")]
-        return int(lengths[lengths >= SHORT * least][0])
-
-    def gap(self, i: int) -> int | None:
-        """Return the sampling periods since the experiment before, None if it is not continued.
-
-        Args:
-            i: number of the experiment.
-        """
-        before = self.continues[i] if self.continues else None
-        return before.periods if before and i and self.ids[i - 1] == before.id else None
-
-    def experiments_with_speed(self) -> pd.DataFrame:
-        """Return the experiments table with a column rms_<state> for every state, its size in each."""
-        columns = {
-            f"rms_{name}": [float(np.sqrt(np.mean(self.x[self.rows(i), j] ** 2))) for i in range(len(self))]
-            for j, name in enumerate(self.states)
-        }
-        return self.experiments.assign(**columns)
-
-    def among(self, runs: Sequence[int]) -> Logs:
-        """Return some of the experiments.
-
-        Args:
-            runs: numbers of the experiments, in the order that is wanted.
-        """
-        rows = np.concatenate([np.arange(self.offsets[i], self.offsets[i + 1]) for i in runs])
-        lengths = [int(self.offsets[i + 1] - self.offsets[i]) for i in runs]
-        return replace(
-            self,
-            ids=tuple(self.ids[i] for i in runs),
-            experiments=self.experiments.iloc[list(runs)].reset_index(drop=True),
-            offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-            **{name: getattr(self, name)[rows] for name in ("t", "y", "u", "x")},
-            c=self.c[list(runs)],
-            continues=tuple(self.continues[i] for i in runs) if self.continues else (),
-        )
+        return read_frames(cls, frames, system, experiments)
 
     def write(self, folder: Path) -> None:
         """Write a store that `read_logs` reads back exactly.
@@ -280,7 +134,7 @@ class Logs:
             .T.copy()
             for kind, group in zip("yu", (outputs, inputs), strict=True)
         )
-        return cls.measurements(
+        return cls.without_states(
             system,
             experiments=table,
             period=header["period"],
@@ -293,56 +147,6 @@ class Logs:
             # a store that does not say after which delays its inputs act was written for this system
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
             continues=tuple(Continued(*each) if each else None for each in header.get("continues", ())),
-        )
-
-    @classmethod
-    def measurements(
-        cls,
-        system: System,
-        *,
-        experiments: pd.DataFrame,
-        period: float,
-        offsets: NDArray[np.int64],
-        t: Array,
-        y: Array,
-        u: Array,
-        notes: tuple[str, ...],
-        provenance: Mapping[str, Any],
-        delays: tuple[float, ...] = (),
-        continues: tuple[Continued | None, ...] = (),
-    ) -> Logs:
-        """Return measurements without states: see `preparation.prepare`.
-
-        Args:
-            system: system whose names the columns have.
-            experiments: table with `id` and the operating point, a row per experiment.
-            period: sampling period, s.
-            offsets: first samples of the experiments, and the number of all, shape (experiments + 1,).
-            t: time since the start of the experiment, shape (samples,), s.
-            y: measured outputs, shape (samples, outputs), in the units of the system file.
-            u: inputs after `delays`, shape (samples, inputs), in the units of the system file.
-            notes: sentences on what was done to the data.
-            provenance: origin of the data.
-            delays: delays that `u` includes already, one per input, s; none unless given.
-            continues: experiment that every experiment continues, default: none does.
-        """
-        outputs, inputs, _, constants = names(system)
-        return cls(
-            *(outputs, inputs, (), constants),
-            ids=tuple(experiments["id"]),
-            experiments=experiments,
-            period=period,
-            offsets=offsets,
-            t=t,
-            y=y,
-            u=u,
-            c=experiments[list(constants)].to_numpy(np.float64),
-            x=np.empty((len(t), 0)),
-            measured=(),
-            notes=notes,
-            provenance=provenance,
-            delays=delays or (0.0,) * len(inputs),
-            continues=continues if any(continues) else (),
         )
 
 
@@ -370,16 +174,6 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
     stored = [name for name in header["constants"] if name in own or name not in constants]
     delays = len(header["delays"]) in (0, len(inputs))
     return delays and (header["outputs"], header["inputs"], stored) == (list(outputs), list(inputs), own)
-
-
-def names(system: System) -> tuple[Names, Names, Names, Names]:
-    """Return the names of the outputs, inputs, states and constants of a system."""
-    return (
-        tuple(item.name for item in system.outputs),
-        tuple(item.name for item in system.inputs),
-        tuple(item.name for item in system.states),
-        tuple(item.name for item in system.operating_point),
-    )
 
 
 def as_logged(item: Logged, values: Array) -> Array:

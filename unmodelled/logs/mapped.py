@@ -91,7 +91,7 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     if not rows:
         faults.check()
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
-    logs_of = assembled(system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
+    logs_of = assembled(Logs, system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 

@@ -12,7 +12,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.logs.courses import Courses, Stretch
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.measurements import Measurements
 from unmodelled.logs.readings import Reading, hidden_states, without_beside
 from unmodelled.systems.model import System
 
@@ -77,7 +77,7 @@ class Observer:
 
     def states(
         self,
-        logs: Logs,
+        logs: Measurements,
         driven: Array,
         shift: Indices,
         at: tuple[Indices, Indices],
@@ -106,7 +106,7 @@ class Observer:
         return _stable(along, substeps)
 
     def shortly_before(
-        self, windows: Windows, p: Array, c: Array, logs: Logs, substeps: int = SUBSTEPS[0]
+        self, windows: Windows, p: Array, c: Array, logs: Measurements, substeps: int = SUBSTEPS[0]
     ) -> Array:
         """Integrate from samples at which the states are as at the start of a record, see `states`.
 
@@ -121,7 +121,7 @@ class Observer:
 
         return _stable(along, substeps)
 
-    def _by(self, logs: Logs, steps: int) -> Integration:
+    def _by(self, logs: Measurements, steps: int) -> Integration:
         return Integration(logs.period, "rk4", steps, self.hold)
 
     def _along(
@@ -159,7 +159,7 @@ class Observer:
             windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
         )
 
-    def _known(self, logs: Logs, windows: Windows, x0: Array) -> Array:
+    def _known(self, logs: Measurements, windows: Windows, x0: Array) -> Array:
         """The same, from `logs` where the record of an experiment has no beginning there."""
         known = [j for j, name in enumerate(self.names) if name in logs.states]
         columns = [logs.states.index(self.names[j]) for j in known]

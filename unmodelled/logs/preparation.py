@@ -12,7 +12,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.clock import SHORTEST_LOG, delayed
 from unmodelled.logs.constants import part_name, with_constants
 from unmodelled.logs.differentiate import smooth_derivative
-from unmodelled.logs.logs import Continued, Logs, names
+from unmodelled.logs.measurements import Continued, M, Measurements, names
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import Reading, hidden_states, readings
 from unmodelled.systems.model import System
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 PARTS = 8
 
 
-def prepare(system: System, logs: Logs) -> Logs:
+def prepare(system: System, logs: M) -> M:
     """Return the experiments with the inputs as they act on `system`, and with its estimated states.
 
     A state that an output shows, as itself or times and plus constants, is that output's column; what the
@@ -42,7 +42,7 @@ def prepare(system: System, logs: Logs) -> Logs:
     return replace(acting, states=wanted[2], x=x, measured=measured, notes=every)
 
 
-def prepared_for(system: System, logs: Logs) -> Logs:
+def prepared_for(system: System, logs: M) -> M:
     """Return the experiments prepared for a system that may have further constants, as an augmented
     one has.
     """
@@ -55,7 +55,7 @@ def prepared_for(system: System, logs: Logs) -> Logs:
     return prepare(system, replace(logs, experiments=table, constants=constants, c=c, notes=every))
 
 
-def several(system: System, logs: Logs) -> Logs:
+def several(system: System, logs: M) -> M:
     """Return a record that is alone as several experiments, one after the other, with a note.
 
     Two or more experiments stay as they are, and so does a record that is too short.
@@ -84,7 +84,7 @@ def several(system: System, logs: Logs) -> Logs:
     return prepare(system, parts)
 
 
-def with_delays(system: System, logs: Logs) -> Logs:
+def with_delays(system: System, logs: M) -> M:
     """Return the experiments with the inputs of `system` after its delays; the states stay as they are."""
     wanted = tuple(item.delay for item in system.inputs)
     more = [new - old for new, old in zip(wanted, logs.delays or [0.0] * len(wanted), strict=True)]
@@ -99,7 +99,7 @@ def with_delays(system: System, logs: Logs) -> Logs:
     return replace(logs, u=delayed(logs.u, logs.offsets, logs.period, more, "linear"), delays=wanted)
 
 
-def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[str]]:
+def _states(system: System, logs: Measurements) -> tuple[Array, tuple[bool, ...], list[str]]:
     """States (samples, states), whether an output shows each of them or its position, and notes."""
     x = np.zeros((len(logs.t), len(system.states)))
     gains = _Gains(system, logs)
@@ -142,7 +142,7 @@ def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[s
 class _Gains:
     """Gains and offsets of outputs along experiments, with the system's own numbers."""
 
-    def __init__(self, system: System, logs: Logs) -> None:
+    def __init__(self, system: System, logs: Measurements) -> None:
         self.system, self.logs = system, logs
 
     def _values(self, reading: Reading) -> Array:
@@ -174,13 +174,13 @@ class _Gains:
         return np.asarray((y - values[:, 1]) / values[:, 0])
 
 
-def _beside(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> Array:
+def _beside(system: System, shown: Sequence[Reading], logs: Measurements, x: Array) -> Array:
     """What outputs show together with the states that are read from them, (samples, readings)."""
     function = numpy_system_function(system, [r.beside for r in shown], efforts_zero=True)
     return function(0.0, x, logs.u, np.empty(0), np.array(system.values), logs.c[logs.owner])
 
 
-def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> Array:
+def _integrated(system: System, shown: Sequence[Reading], logs: Measurements, x: Array) -> Array:
     """States that no output shows, (samples, such states), the others of `x` imposed."""
     hidden = hidden_states(system, shown)
     sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
