@@ -18,6 +18,7 @@ from asammdf import MDF, Signal
 from tests.measurements import recorders
 from tests.measurements.recorders import ANGLE, RECORDERS, VOLTAGE, T
 from tests.measurements.systems import motor
+from unmodelled.base import additions
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.readers import known
@@ -143,7 +144,7 @@ class Weighed:
 
 def test_other_packages_add_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("weighed", f"{__name__}:WEIGHED", known.GROUP)
-    monkeypatch.setattr(known, "entry_points", lambda group: [point] if group == known.GROUP else [])
+    monkeypatch.setattr(additions, "entry_points", lambda group: [point] if group == known.GROUP else [])
     known.readers.cache_clear()
     try:
         (tmp_path / "a.txt").write_text("WEIGHED\n1\n2.5\n")
@@ -153,7 +154,7 @@ def test_other_packages_add_readers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         with pytest.raises(BadInput, match="not in format weighed, or damaged"):
             tables(tmp_path / "a.txt")
         broken = EntryPoint("broken", "no_such_module:READER", known.GROUP)
-        monkeypatch.setattr(known, "entry_points", lambda group: [broken])
+        monkeypatch.setattr(additions, "entry_points", lambda group: [broken])
         known.readers.cache_clear()
         with pytest.raises(BadInput, match=r"reader broken .* cannot be loaded"):
             tables(tmp_path / "a.txt")

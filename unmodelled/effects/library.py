@@ -7,10 +7,10 @@ import inspect
 import pkgutil
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import entry_points
 from typing import Any
 
 from unmodelled import effects as package
+from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.effect import Effect
 
@@ -36,19 +36,9 @@ def effects() -> tuple[Effect, ...]:
 
 
 def _of_packages(families: set[str]) -> Iterator[Effect]:
-    for point in entry_points(group=GROUP):
-        try:
-            effect = point.load()
-            taken = effect.family in families
-        except Exception as error:  # there is no common base of what an import can raise
-            raise BadInput(
-                f"law {point.name} ({point.value}) cannot be loaded ({error}): repair its package, or remove "
-                "it"
-            ) from None
-        if taken:
-            raise BadInput(
-                f"law {point.name} ({point.value}): the family {effect.family} is taken; rename it"
-            )
+    for name, effect in additions(GROUP, "law", "family"):
+        if effect.family in families:
+            raise BadInput(f"{name}: the family {effect.family} is taken; rename it")
         yield effect
 
 

@@ -9,9 +9,9 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import cache
-from importlib.metadata import entry_points
 from pathlib import Path
 
+from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.limits import check_file, limited_process
 from unmodelled.base.workers import pool_of
@@ -50,16 +50,7 @@ SECONDS, RATE = 60.0, 2e5
 @cache
 def readers() -> tuple[Reader, ...]:
     """Return all readers: those of other packages first, so that they may replace one."""
-    others: list[Reader] = []
-    for point in entry_points(group=GROUP):
-        try:
-            others.append(point.load())
-        except Exception as error:  # there is no common base of what an import can raise
-            raise BadInput(
-                f"reader {point.name} ({point.value}) cannot be loaded ({error}): repair its package, or "
-                "remove it"
-            ) from None
-    return (*others, *READERS)
+    return (*(reader for _, reader in additions(GROUP, "reader", "recognises")), *READERS)
 
 
 def reader_of(path: Path) -> Reader | None:
