@@ -23,7 +23,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
 from unmodelled.__main__ import PROGRAM as LIBRARY
 from unmodelled.cli.verbs.simulate import simulate
-from unmodelled.effects.own_law import read_laws
+from unmodelled.effects.law_files import read_laws
 from unmodelled.logs.mapping import read_mapping
 from unmodelled.systems.reader import read_system
 

@@ -12,8 +12,8 @@ from unmodelled.diagnosis.answer.findings import SUMMARY
 from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.checks import check_laws
-from unmodelled.effects.own_law import Law, LawsGiven, given_laws
+from unmodelled.effects.law_files import LawsGiven, given_laws
+from unmodelled.effects.own_law import Law
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.given import SystemGiven
@@ -101,8 +101,7 @@ def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]
     known, measured = read_inputs(system, logs)
     measured = several(known, measured)
     (own,) = given_laws([law])
-    check_laws([own], known, measured, horizon := horizon_of(measured, None))
-    return own.check(known, Study.of(known, measured, horizon, 0).scales)
+    return own.check(known, Study.of(known, measured, horizon_of(measured, None), 0).scales)
 
 
 def read_answer(folder: Path | str) -> Answer:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
-from typing import Any, TypeAlias, get_args
+from typing import Any, get_args
 
 import numpy as np
 import sympy as sp
@@ -16,18 +15,15 @@ from unmodelled.effects import law as laws
 from unmodelled.effects.contract import check_effect
 from unmodelled.effects.effect import LawEffect
 from unmodelled.effects.grids import creep
-from unmodelled.effects.library import effects
 from unmodelled.effects.load import carries
 from unmodelled.effects.place import Kind, Place, Site
 from unmodelled.effects.scales import Scales
 from unmodelled.systems import grammar
-from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Input, Output, Parameter, System, symbol
 from unmodelled.systems.printing import printed
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.units import parse_logged
 
-SCHEMA = "laws/1"
 #: Local names of a formula by kind of place, and the formula of a law of size zero.
 LOCAL: Mapping[Kind, tuple[str, ...]] = {
     "port": ("x", "v", "l"),
@@ -175,6 +171,10 @@ class Law(LawEffect):
     def _amplitudes(self) -> tuple[str, ...]:
         return tuple(name for name, number in self.numbers.items() if not number.like)
 
+    @property
+    def _shapes(self) -> tuple[str, ...]:
+        return tuple(name for name, number in self.numbers.items() if number.like)
+
     def _parsed(self, text: str) -> sp.Expr:
         names = (*LOCAL[self.at], *self.numbers, *((CREEP,) if SMOOTH in text else ()))
         known = {name: Value(symbol(name)) for name in names}
@@ -253,18 +253,20 @@ class Law(LawEffect):
 
         Raises:
             BadInput: when a number has another unit than the formula needs at a place, `only` names a place
-                that the system does not have, or the law keeps no rule of all laws.
+                that the system does not have, or the law can act nowhere or keeps no rule of all laws.
         """
         found = self.places(system)
         for name in self.only:
             if name not in {place.name for place in found}:
-                known = [place.name for place in Law.places(_anywhere(self), system)]
+                known = [place.name for place in replace(self, only=()).places(system)]
                 end = closest(name, known)
                 raise BadInput(f"{self._where}: only: {name!r} is no {self.at} with all that it needs{end}")
+        if not found:
+            raise BadInput(f"{self._where}: {system.name} has no {self.at} with all that its formula needs")
         for place in found:
             added = check_effect(self, system, place, scales)
             for name, own in zip(
-                (*self._amplitudes, *_shapes(self)), (*added.amplitudes, *added.shapes), strict=True
+                (*self._amplitudes, *self._shapes), (*added.amplitudes, *added.shapes), strict=True
             ):
                 needed, given = (parse_logged(u)[0] for u in (added.units[own], self.numbers[name].unit))
                 if needed.dimension != given.dimension:
@@ -273,47 +275,6 @@ class Law(LawEffect):
                         f"{self.numbers[name].unit}"
                     )
         return tuple(place.channel for place in found)
-
-
-#: Own laws: objects, or the path of a file of them.
-LawsGiven: TypeAlias = Sequence[Law] | Path | str
-
-
-def given_laws(given: LawsGiven | None) -> tuple[Law, ...]:
-    """Return own laws, read from their file if that is given; no two laws have one name."""
-    found = read_laws(Path(given)) if isinstance(given, str | Path) else tuple(given or ())
-    known = {effect.family for effect in effects()}
-    for k, law in enumerate(found):
-        if not isinstance(law, Law):
-            raise BadInput(f"laws: must be um.Law objects or the path of a file, got {type(law).__name__}")
-        if law.name in known | {other.name for other in found[:k]}:
-            raise BadInput(f"law {law.name}: the name is taken; give it another one")
-    return found
-
-
-def read_laws(path: Path) -> tuple[Law, ...]:
-    """Read a file of own laws (laws/1)."""
-    top = load_yaml(path, "laws").fields(("schema", "laws"))
-    if top["schema"].text() != SCHEMA:
-        raise top["schema"].wrong(f"must be {SCHEMA}")
-    return tuple(_read(name, node) for name, node in top["laws"].entries().items())
-
-
-def _read(name: str, node: Node) -> Law:
-    given = node.fields(("formula", "numbers"), ("at", "only"))
-    numbers = {}
-    for key, entry in given["numbers"].entries().items():
-        own = entry.fields(("unit", "plausible"), ("low", "high", "like"))
-        texts = {k: own[k].text() for k in ("unit", "like") if k in own}
-        values = {k: own[k].number() for k in ("plausible", "low", "high") if k in own}
-        numbers[key] = dict[str, Any](**texts, **values)
-    more: dict[str, Any] = {"at": given["at"].text()} if "at" in given else {}
-    if "only" in given:
-        more["only"] = tuple(item.text() for item in given["only"].items())
-    try:
-        return Law(name, given["formula"].text(), numbers, **more)  # type: ignore[arg-type]
-    except BadInput as fault:
-        raise node.wrong(str(fault)) from None
 
 
 def _number(where: str, name: str, given: Number | Mapping[str, Any]) -> Number:
@@ -329,14 +290,6 @@ def _number(where: str, name: str, given: Number | Mapping[str, Any]) -> Number:
     if not number.plausible > 0.0 or not low < high:
         raise BadInput(f"{where}: numbers.{name}: plausible must be positive, and low less than high")
     return number
-
-
-def _shapes(law: Law) -> tuple[str, ...]:
-    return tuple(name for name, number in law.numbers.items() if number.like)
-
-
-def _anywhere(law: Law) -> Law:
-    return Law(law.name, law.formula, law.numbers, law.at)
 
 
 assert set(LOCAL) == set(get_args(Kind))

@@ -11,9 +11,11 @@ import pytest
 
 import unmodelled as um
 from tests.physics.effects.benches import scales, system
+from unmodelled.base import additions
 from unmodelled.base.errors import BadInput
 from unmodelled.effects import library
-from unmodelled.effects.own_law import Law, given_laws, read_laws
+from unmodelled.effects.law_files import given_laws, read_laws
+from unmodelled.effects.own_law import Law
 
 DRAG = {"c": {"unit": "N m s^2/rad^2", "plausible": 0.01, "low": 0}}
 GRIP = {
@@ -131,10 +133,10 @@ def test_a_package_adds_laws_by_an_entry_point(monkeypatch: pytest.MonkeyPatch) 
     broken = EntryPoint("none", f"{__name__}:NONE", library.GROUP)
     library.effects.cache_clear()
     try:
-        monkeypatch.setattr(library, "entry_points", lambda group: [point] if group == library.GROUP else [])
+        monkeypatch.setattr(additions, "entry_points", lambda group: [point] * (group == library.GROUP))
         assert DRAGGING in library.effects()
         library.effects.cache_clear()
-        monkeypatch.setattr(library, "entry_points", lambda group: [broken])
+        monkeypatch.setattr(additions, "entry_points", lambda group: [broken])
         with pytest.raises(BadInput, match=r"law none .* cannot be loaded .*repair its package"):
             library.effects()
     finally:
