@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from unmodelled.api.named_effect import NamedEffect as NamedEffect
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
+    from unmodelled.api.parameter_study import ParameterStudy as ParameterStudy
+    from unmodelled.api.parameter_study import identifiability as identifiability
     from unmodelled.api.plan import Plan as Plan
     from unmodelled.api.plan import plan as plan
-    from unmodelled.api.robot import supplement as supplement
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
-    from unmodelled.design.parameter_study import ParameterStudy as ParameterStudy
-    from unmodelled.design.parameter_study import identifiability as identifiability
     from unmodelled.effects.own_law import Law as Law
+    from unmodelled.engine.robot.supplement import supplement as supplement
     from unmodelled.learning.evaluation import Evaluation as Evaluation
     from unmodelled.learning.evaluation import evaluate as evaluate
     from unmodelled.learning.fit import Fit as Fit
@@ -63,12 +63,12 @@ else:
         "api.learned_laws": ("LearnedLaws", "learned_laws"),
         "api.named_effect": ("GapLocation", "NamedEffect"),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
+        "api.parameter_study": ("ParameterStudy", "identifiability"),
         "api.plan": ("Plan", "plan"),
-        "api.robot": ("supplement",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
-        "design.parameter_study": ("ParameterStudy", "identifiability"),
         "effects.own_law": ("Law",),
+        "engine.robot.supplement": ("supplement",),
         "learning.evaluation": ("Evaluation", "evaluate"),
         "learning.fit": ("Fit",),
         "learning.structures": ("one_per_port",),

@@ -14,9 +14,10 @@ from playwright.sync_api import Browser, Page
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
-from unmodelled.engine.machine.javascript import SCRIPT, as_data, as_text
+from unmodelled.engine.machine.javascript import as_data, as_text
 from unmodelled.engine.machine.opcodes import Op
 from unmodelled.engine.machine.program import Program
+from unmodelled.report.rendering import STATIC
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -43,7 +44,7 @@ AT = """([data, ...given]) => {
 def page(browser: Browser) -> Iterator[Page]:
     with browser.new_context() as context:
         opened = context.new_page()
-        opened.add_script_tag(content=SCRIPT.read_text())
+        opened.add_script_tag(content=(STATIC / "machine.js").read_text())
         yield opened
 
 

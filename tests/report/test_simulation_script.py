@@ -28,7 +28,6 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.sensor_delay import SensorDelay
 from unmodelled.effects.sensor_gain import SensorGain
 from unmodelled.effects.sensor_lag import SensorLag
-from unmodelled.engine.machine.javascript import SCRIPT
 from unmodelled.logs.folder import read_logs
 from unmodelled.report.rendering import STATIC
 from unmodelled.systems.reader import read_system
@@ -52,7 +51,7 @@ TOGETHER: list[list[Effect]] = [
 def page(browser: Browser) -> Iterator[Page]:
     with browser.new_context() as context:
         opened = context.new_page()
-        for script in (SCRIPT, STATIC / "simulation.js"):
+        for script in (STATIC / "machine.js", STATIC / "simulation.js"):
             opened.add_script_tag(content=script.read_text())
         yield opened
 

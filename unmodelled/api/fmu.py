@@ -12,6 +12,7 @@ from unmodelled.base.files import replacing
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.gates.fmu import reason_against_fmu
 from unmodelled.systems.given import SystemGiven, system_of
+from unmodelled.systems.model import System
 from unmodelled.systems.writer import write_system
 
 SCRIPT = Path(__file__).parents[1] / "engine" / "fmu" / "machine.py"
@@ -46,7 +47,23 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         ...     "modelDescription.xml" in zipfile.ZipFile(f"{folder}/pendulum.fmu").namelist()
         True
     """
-    path, given, system = Path(path), system, system_of(system)
+    written_fmu(system, Path(path))
+
+
+def written_fmu(given: SystemGiven, path: Path) -> System:
+    """Write a system as `write_fmu` says, and return it.
+
+    Args:
+        given: system to write, the path of its file, or a result that has one.
+        path: file of the FMU.
+
+    Returns:
+        The system in the FMU.
+
+    Raises:
+        BadInput: see `write_fmu`.
+    """
+    system = system_of(given)
     for sentence in getattr(given, "refused", ()):
         if sentence.startswith(FILE):
             raise BadInput(f"{path} was not written: {sentence}")
@@ -68,3 +85,4 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         if reason := reason_against_fmu(system, Path(built)):
             raise BadInput(f"{path} was not written: {reason}")
         shutil.move(built, temporary)
+    return system

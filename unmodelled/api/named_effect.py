@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from unmodelled.base.notebook import shown
-from unmodelled.report.headline import effect_name
+from unmodelled.base.wording import effect_name
 
 
 class Number(NamedTuple):

@@ -19,6 +19,7 @@ from unmodelled.base.tables import write_table
 from unmodelled.design.content import content, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
 from unmodelled.design.written import write_experiment
+from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -152,7 +153,8 @@ def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path,
         seed: seed of the search.
 
     Raises:
-        BadInput: when system, logs, answer or limits cannot be used together.
+        BadInput: when system, logs, answer, limits or seed cannot be used together.
     """
+    check_seed(seed)
     sources = {"system": system.source, "logs": logs.source, "limits": str(limits)}
     return NextExperiment(design(system, logs, answer, limits, seed, say), sources)

@@ -8,21 +8,24 @@ from unmodelled.api.simulation import simulate
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
 from unmodelled.diagnosis.answer.live_numbers import values_of
 from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import System
-from unmodelled.uncertainty.methods import PUSH_FORWARD
+from unmodelled.logs.inputs import LogsGiven, read_inputs
+from unmodelled.systems.given import SystemGiven
 
 
 def write_page(
-    found: IdentifiedUncertainty, folder: Path, system: System | None = None, logs: Logs | None = None
+    found: IdentifiedUncertainty,
+    folder: Path,
+    system: SystemGiven | None = None,
+    logs: LogsGiven | None = None,
 ) -> None:
     """Write index.html to the folder of a result.
 
     Args:
         found: identified distribution.
         folder: folder that `found` was saved to.
-        system: system whose parameters scatter; default None: there is no machine in the page.
-        logs: measured experiments of the system; default None.
+        system: system whose parameters scatter, or the path of its file; default None: there is no machine in
+            the page.
+        logs: measured experiments of the system, or the path of their folder; default None.
 
     Raises:
         BadInput: when the file cannot be written.
@@ -32,7 +35,7 @@ def write_page(
     from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
     from unmodelled.report.uncertainty_page import write_uncertainty_page
 
-    best: dict[str, float] = found.content["methods"][PUSH_FORWARD]["alpha"]
+    best = found.most_likely
     figures = {
         "profiles": svg(profile_likelihoods(found.profiles, best)),
         "observations": svg(observations(found.points, found.content["unit"] or "")),
@@ -41,13 +44,14 @@ def write_page(
     if system is None or logs is None:
         write_uncertainty_page(folder, found.content, rows, figures)
         return
+    known, measured = read_inputs(system, logs)
     means = {
         p.name: p.value * best[f"mu_{k}"]
         for k, name in enumerate(found.content["parameters"], start=1)
-        for p in system.parameters
+        for p in known.parameters
         if p.name == name and f"mu_{k}" in best
     }
-    run, mean = simulate(system, logs), system.with_values(means)
-    live = simulated(system, logs, run.runs, run.horizon, run.gap)
-    live["identified"] = values_of(list(mean.values), mean, logs)
-    write_uncertainty_page(folder, found.content, rows, figures, live, about_machine(system))
+    run, mean = simulate(known, measured), known.with_values(means)
+    live = simulated(known, measured, run.runs, run.horizon, run.gap)
+    live["identified"] = values_of(list(mean.values), mean, measured)
+    write_uncertainty_page(folder, found.content, rows, figures, live, about_machine(known))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 #: Digits and sign of an exponent, raised.
@@ -51,6 +51,34 @@ def level_name(factor: str, level: float | str | None) -> str:
         ('load is 1', 'oil is old')
     """
     return f"{factor} is {f'{level:g}' if isinstance(level, float) else level}"
+
+
+def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:
+    """Describe several effects in words."""
+    return " + ".join(map(effect_name, entries)) or "no effect"
+
+
+def effect_name(entry: Mapping[str, Any]) -> str:
+    """Describe an effect in words: family, variant, place and experiments.
+
+    Examples:
+        >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
+        'drift (load) at rail'
+        >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
+        >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
+        'dependence of G on fan'
+        >>> effect_name({"family": "parameter_error", "port": "bed", "parameter": "G"})
+        'parameter error of G'
+    """
+    if "signal" in entry:
+        what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
+        return f"dependence of {what} on {entry['signal']}"
+    law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
+    place = f"of {entry['parameter']}" if "parameter" in entry else f"at {place_name(str(entry['port']))}"
+    found = f"{law} {place}"
+    if entry.get("factor") is not None:
+        found += f", where {level_name(entry['factor'], entry['level'])}"
+    return found
 
 
 def number(value: Any) -> str:

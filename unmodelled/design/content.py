@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from unmodelled.base.wording import number, unit_text
 from unmodelled.design.criterion import Value
 from unmodelled.design.design import Design
 from unmodelled.design.limits import Limits, units_of
@@ -20,7 +21,6 @@ from unmodelled.design.sensors import BestSensor
 from unmodelled.effects.added import Added
 from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged
-from unmodelled.report.numbers import number, unit_text
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.wording import effect_names
 from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import Criterion, Value
 from unmodelled.design.limits import far_from_logs, read_limits
@@ -28,7 +29,6 @@ from unmodelled.diagnosis.where.opposite import with_named_ports
 from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
-from unmodelled.report.headline import effect_names
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]

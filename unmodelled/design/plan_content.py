@@ -7,13 +7,12 @@ from typing import Any
 
 import pandas as pd
 
+from unmodelled.base.wording import amounts, effect_name
 from unmodelled.design.content import conditions, kept, rounded
 from unmodelled.design.limits import Limits
 from unmodelled.design.planned import Inputs
 from unmodelled.design.visible import ALIKE_FROM, Alike, Visible
 from unmodelled.effects.telling import said, scale
-from unmodelled.report.headline import effect_name
-from unmodelled.report.numbers import amounts
 from unmodelled.systems.model import System
 
 SCHEMA = "plan/2"

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
-from unmodelled.base.wording import place_name
+from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.headline import (
     as_said,
-    effect_name,
     fallen,
     headline,
     main_number,

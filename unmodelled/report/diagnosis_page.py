@@ -10,7 +10,7 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
-from unmodelled.base.wording import place_name
+from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
     GAPS,
     comparison_table,
@@ -23,7 +23,7 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import as_said, effect_name, headline, outcome, percent, remains
+from unmodelled.report.headline import as_said, headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file

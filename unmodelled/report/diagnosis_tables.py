@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from unmodelled.report.headline import as_said, effect_name, effect_names
+from unmodelled.base.wording import effect_name, effect_names
+from unmodelled.report.headline import as_said
 from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table
 

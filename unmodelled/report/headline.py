@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.base.wording import PLACES, law_name, level_name, place_name
+from unmodelled.base.wording import PLACES, effect_name, place_name
 from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
@@ -120,34 +120,6 @@ def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
 def as_said(entry: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a number of diagnosis.json, or its errors of an output, in the units of the logs."""
     return {**entry, **entry.get("shown", {})}
-
-
-def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:
-    """Describe several effects in words."""
-    return " + ".join(map(effect_name, entries)) or "no effect"
-
-
-def effect_name(entry: Mapping[str, Any]) -> str:
-    """Describe an effect in words: family, variant, place and experiments.
-
-    Examples:
-        >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
-        'drift (load) at rail'
-        >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
-        >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
-        'dependence of G on fan'
-        >>> effect_name({"family": "parameter_error", "port": "bed", "parameter": "G"})
-        'parameter error of G'
-    """
-    if "signal" in entry:
-        what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
-        return f"dependence of {what} on {entry['signal']}"
-    law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
-    place = f"of {entry['parameter']}" if "parameter" in entry else f"at {place_name(str(entry['port']))}"
-    found = f"{law} {place}"
-    if entry.get("factor") is not None:
-        found += f", where {level_name(entry['factor'], entry['level'])}"
-    return found
 
 
 def percent(value: float | None) -> str:

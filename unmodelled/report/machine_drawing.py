@@ -8,7 +8,8 @@ from html import escape
 from itertools import pairwise
 from typing import Any
 
-from unmodelled.report.headline import effect_name, percent
+from unmodelled.base.wording import effect_name
+from unmodelled.report.headline import percent
 from unmodelled.report.numbers import unit_text
 
 #: Share of the squared gap from which a block says its share.

@@ -12,7 +12,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import check_file
-from unmodelled.engine.machine.javascript import SCRIPT
 
 HERE = Path(__file__).parent
 STATIC = HERE / "static"
@@ -21,8 +20,7 @@ THEME = (STATIC / "theme.js").read_text()
 
 #: Scripts of the machine in a page, in the order in which they need each other.
 LIVE_SCRIPTS = (
-    *(STATIC / "uplot.min.js", SCRIPT),
-    *(STATIC / f"{name}.js" for name in ("simulation", "format", "plots", "live")),
+    *(STATIC / f"{name}.js" for name in ("uplot.min", "machine", "simulation", "format", "plots", "live")),
 )
 
 #: Characters in which a page says what made it.

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
 from unmodelled.base.ownership import verb
-from unmodelled.logs.inputs import read_inputs
 
 
 @verb()
@@ -36,6 +35,6 @@ def diagnose(
     Raises:
         BadInput: when the system file, the logs, the horizon, the seed or a law cannot be used.
     """
-    found = diagnosed(*read_inputs(system, logs), horizon, seed, laws=laws)
+    found = diagnosed(system, logs, horizon, seed, laws=laws)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from unmodelled.api.parameter_study import identifiability as studied
 from unmodelled.base.ownership import verb
-from unmodelled.design.parameter_study import identifiability as studied
-from unmodelled.logs.inputs import read_inputs
 
 
 @verb()
@@ -35,6 +34,6 @@ def identifiability(
     Raises:
         BadInput: when the system or the logs cannot be used, or a parameter does not exist.
     """
-    found = studied(*read_inputs(system, logs), parameters, limit, floor)
+    found = studied(system, logs, parameters, limit, floor)
     found.save(out)
     print(found)

@@ -12,7 +12,6 @@ from unmodelled.base.ownership import verb
 from unmodelled.learning.uncertainty.identified import identified
 from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup
-from unmodelled.logs.inputs import read_inputs
 from unmodelled.uncertainty.response import Response
 
 
@@ -64,8 +63,7 @@ def identify_uncertainty(
     """
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
     found = identified(problem, uncertainty, profile["data_sets"], seed, workers)
-    machine = read_inputs(system, logs) if system is not None and logs is not None else ()
     with replacing_folder(out) as new:
         found.save(new)
-        write_page(found, new, *machine)
+        write_page(found, new, system, logs)
     print(found)

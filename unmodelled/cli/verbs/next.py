@@ -7,7 +7,6 @@ from pathlib import Path
 from unmodelled.api.diagnosis import read_answer
 from unmodelled.api.next_experiment import planned
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.fitting.checks import check_seed
 
 
 @verb()
@@ -39,7 +38,6 @@ def next(
         BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the
             system file or the logs have moved, or when no experiment keeps the limits.
     """
-    check_seed(seed)
     found = read_answer(answer)
     proposal = planned(*found.inputs(system, logs), found.content, limits, seed)
     proposal.save(out)

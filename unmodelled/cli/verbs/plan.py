@@ -6,7 +6,6 @@ from pathlib import Path
 
 from unmodelled.api.plan import plan as planned
 from unmodelled.base.ownership import verb
-from unmodelled.systems.reader import read_system
 
 
 @verb()
@@ -33,6 +32,6 @@ def plan(system: Path, limits: Path, inputs: Path | None, out: Path, seed: int =
         BadInput: when the system file, the limits or the inputs cannot be used, or no experiment keeps the
             limits.
     """
-    found = planned(read_system(system), limits, inputs, seed)
+    found = planned(system, limits, inputs, seed)
     found.save(out)
     print(found)

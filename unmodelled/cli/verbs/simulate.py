@@ -7,7 +7,6 @@ from pathlib import Path
 
 from unmodelled.api.simulation import simulate as simulated
 from unmodelled.base.ownership import verb
-from unmodelled.logs.inputs import read_inputs
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
@@ -42,6 +41,6 @@ def simulate(
     Raises:
         BadInput: when the system file, the logs, the horizon or an id cannot be used.
     """
-    found = simulated(*read_inputs(system, logs), horizon, only)
+    found = simulated(system, logs, horizon, only)
     found.save(out)
     print(found)

@@ -1,13 +1,12 @@
 """Programs of the register machine as data for a browser.
 
-The browser runs the instructions of a program by `machine.js`, the twin of the interpreter: what a system
-file says stays data, and no script is generated from it.
+The browser runs the instructions of a program by `report/static/machine.js`, the twin of the interpreter:
+what a system file says stays data, and no script is generated from it.
 """
 
 from __future__ import annotations
 
 import base64
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +14,6 @@ from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from unmodelled.engine.machine.program import Program
-
-#: The interpreter in JavaScript: the object `machine` with `loaded`, `simulate` and `evaluate`.
-SCRIPT = Path(__file__).with_name("machine.js")
 
 
 def as_text(values: ArrayLike) -> str:

@@ -64,6 +64,12 @@ class IdentifiedUncertainty:
         """Sentences on the limits of the identification."""
         return tuple(self.content["advice"])
 
+    @property
+    def most_likely(self) -> dict[str, float]:
+        """Numbers of the distribution by the exact method, by name."""
+        found: dict[str, float] = self.content["methods"][PUSH_FORWARD]["alpha"]
+        return found
+
     def table(self) -> pd.DataFrame:
         """Return the estimates."""
         return self.estimates

@@ -1,0 +1,66 @@
+"""A first mapping and system file for a recorder's files, as texts by their paths."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.drafting.draft import draft_of
+from unmodelled.drafting.mapping_text import mapping_text
+from unmodelled.drafting.robot_text import robot_system_text, with_goals
+from unmodelled.drafting.system_text import system_text
+from unmodelled.drafting.table_text import table_text
+from unmodelled.logs.mapping import MAPPING
+from unmodelled.systems.robot.files import robot_text
+
+
+@dataclass(frozen=True)
+class FirstFiles:
+    """Drafted files, which are not written yet.
+
+    Attributes:
+        mapping: path of the mapping.
+        system: path of the system file.
+        logs: path that other verbs take as logs.
+        texts: contents by path: mapping, system file, and a copy of the robot file if it lies elsewhere.
+        table: table of the columns, to be printed.
+    """
+
+    mapping: Path
+    system: Path
+    logs: Path
+    texts: dict[Path, str]
+    table: str
+
+
+def first_files(logs: Path, robot: Path | None, system: Path | None, out: Path | None) -> FirstFiles:
+    """Draft a mapping and a system file; refuse paths that exist."""
+    if out is not None and out.suffix in (".yaml", ".yml"):
+        raise BadInput(f"out={out}: must be a folder, in which {MAPPING} is written")
+    folder = logs if logs.is_dir() else logs.parent
+    place = out or folder
+    mapping, file = place / MAPPING, system or place / "system.yaml"
+    if out is None and logs.is_dir() and (logs / "experiments.csv").exists():
+        raise BadInput(f"{logs}: is a log folder already (experiments.csv): write the system file by hand")
+    copies = {} if robot is None else _copies(robot, file.parent)
+    for path in (mapping, file, *copies):
+        if path.exists():
+            raise BadInput(f"{path}: exists, and is not overwritten: remove it, or give another out=...")
+    found = draft_of(logs) if robot is None else with_goals(draft_of(logs), robot)
+    seen = Path(os.path.relpath(found.survey.folder.resolve(), place.resolve())).as_posix()
+    name = logs.resolve().stem
+    texts = {
+        mapping: mapping_text(found, seen),
+        file: system_text(found, name) if robot is None else robot_system_text(found, robot, name),
+        **copies,
+    }
+    given = mapping if (place / "experiments.csv").exists() else place
+    return FirstFiles(mapping, file, given, texts, table_text(found))
+
+
+def _copies(robot: Path, folder: Path) -> dict[Path, str]:
+    """The robot file as text by its path beside the system file; none if it is there already."""
+    path = folder / robot.name
+    return {} if path.exists() and path.samefile(robot) else {path: robot_text(robot)}
