@@ -1,10 +1,10 @@
-"""Write this reference from code and config files: `make docs`, or python -m docs.reference.generate."""
+"""Write this reference and the rooms of ARCHITECTURE.md: `make docs`, python -m docs.reference.generate."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from docs.reference import configs, effects, systems, verbs
+from docs.reference import configs, effects, rooms, systems, verbs
 from unmodelled.base.files import replacing
 
 HERE = Path(__file__).parent
@@ -32,6 +32,7 @@ def pages() -> dict[str, str]:
         "configs.md": configs.page(),
         "effects.md": effects.page(),
         "systems.md": systems.page(),
+        "../../ARCHITECTURE.md": rooms.page(),
     }
 
 

@@ -1,1 +1,4 @@
-"""Functions and results of `import unmodelled`: rooms that compute, joined with those that draw."""
+"""Functions and results of `import unmodelled as um`, with their figures and pages; examples with logs.
+
+May import: base, systems, effects, logs, learning, diagnosis, report, design.
+"""

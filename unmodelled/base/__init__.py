@@ -1,1 +1,4 @@
-"""Basics of every room: bad input, files, progress, processes, compiled functions."""
+"""Basics of every room: refusals of bad input, files, tables, progress, processes, words of answers.
+
+May import: none.
+"""

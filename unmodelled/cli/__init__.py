@@ -1,1 +1,4 @@
-"""Command line: `unmodelled <verb> key=value ...`."""
+"""The command `unmodelled`: verbs as thin wrappers of functions, keys and overrides, refusals, sweeps.
+
+May import: base, uncertainty, drafting, learning, report, api.
+"""

@@ -1,1 +1,4 @@
-"""What logs can determine, and which experiment, within limits, would determine more."""
+"""What logs can determine, and which experiment would determine more: identifiability, search, plans.
+
+May import: base, systems, effects, engine, logs, diagnosis.
+"""

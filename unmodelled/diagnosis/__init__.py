@@ -1,1 +1,4 @@
-"""Diagnosis of the gap between a model and measured experiments: effects that the model leaves out."""
+"""Diagnosis of the gap between a model and measured experiments: effects that the model leaves out.
+
+May import: base, systems, effects, engine, logs.
+"""

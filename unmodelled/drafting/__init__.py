@@ -1,1 +1,4 @@
-"""A first mapping and a first system file, guessed from logs."""
+"""A first mapping and a first system file, guessed from logs.
+
+May import: base, systems, logs.
+"""

@@ -1,1 +1,4 @@
-"""Effects that models of machines leave out (friction, backlash, delay, ...), one family per file."""
+"""Effects that a model can leave out (friction, backlash, ...), one law per file, and where they can act.
+
+May import: base, systems.
+"""

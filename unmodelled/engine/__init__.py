@@ -1,1 +1,4 @@
-"""Free runs of a system: functions, compiled rollouts and a register machine made from its equations."""
+"""Free runs of a system: register machine, compiled kernels with gradients, event times, robots in MuJoCo.
+
+May import: base, systems.
+"""

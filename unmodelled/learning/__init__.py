@@ -1,1 +1,4 @@
-"""Networks as efforts of a known system, and their training; no particular split or figure is known here."""
+"""Networks as forces of a system, their training and formulas; distributions identified from logs.
+
+May import: base, systems, effects, engine, logs, uncertainty.
+"""

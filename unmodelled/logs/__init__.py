@@ -1,1 +1,4 @@
-"""Measurements of a system: log folders, read into arrays on one uniform clock."""
+"""Measured experiments on one uniform clock: recorders' files, checks, looks at faults, estimated states.
+
+May import: base, systems, engine.
+"""

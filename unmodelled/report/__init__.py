@@ -1,1 +1,4 @@
-"""The page of a diagnosis, with its tables and figures."""
+"""Pages, tables and figures of results, from files; models are unknown here.
+
+May import: base, systems.
+"""

@@ -1,1 +1,4 @@
-"""System files (`system/1`): reader, writer, and the symbolic model of a system."""
+"""System files: expressions, units, reader, writer, equations as SymPy expressions; URDF and MJCF files.
+
+May import: base.
+"""

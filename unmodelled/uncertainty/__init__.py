@@ -1,1 +1,4 @@
-"""Distributions of uncertain parameters: propagation to the outputs, and identification from data."""
+"""Distributions of uncertain parameters: families, propagation to outputs, likelihood; functions and arrays.
+
+May import: base.
+"""
