@@ -19,7 +19,7 @@ from unmodelled.base.campaign import Campaign
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import check_name
 from unmodelled.base.progress import track
-from unmodelled.learning.recipe import Tables, check_folds, refused
+from unmodelled.learning.recipe import Recipe, Tables, check_folds, refused
 from unmodelled.learning.splits import Split
 
 Array = NDArray[np.float64]
@@ -101,8 +101,13 @@ class DetachmentRecipe(Protocol):
 
 
 @dataclass(frozen=True)
-class Family:
+class Family(Recipe):
     """Models of the detachment that are fitted and assessed on the same folds, in one process.
+
+    Existing fits in the folder of `train` with the same data, settings and seed are kept: after an
+    interruption, training continues with the next fit. The entry `seconds` of fit.json is the sum over all
+    fits, core seconds. Tables of `evaluate` are runs, repeats and examples of
+    `pipeline.cam_follower.jumps.judge`, with a column `model`.
 
     Attributes:
         members: recipes by name; the fits of each lie in a folder of that name.
@@ -130,24 +135,6 @@ class Family:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit all members, one after the other (see `unmodelled.learning.recipe.Recipe`).
-
-        Existing fits in `out` with the same data, settings and seed are kept: after an interruption, training
-        continues with the next fit. The entry `seconds` of fit.json is the sum over all fits, core seconds.
-
-        Args:
-            system: path of a system file, which is refused.
-            logs: path of a log folder, which is refused.
-            split: division of the runs into folds.
-            profile: numbers of models; `repeats` is the number of models per fold.
-            start: folder of a fit to continue from, which is refused.
-            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
-            seed: seed of the random generators.
-            out: folder of the fit.
-
-        Raises:
-            BadInput: when a system, logs or a start is given, or the store of the runs cannot be used.
-        """
         refused(system, logs, start)
         campaign, repeats = Campaign.read(self.features), profile["repeats"]
         folds = {fold.name: fold.train for fold in split.folds(campaign.experiments)}
@@ -159,21 +146,6 @@ class Family:
         write_json(out / "fit.json", about)
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Predict the held-out runs by every member (see `unmodelled.learning.recipe.Recipe`).
-
-        Args:
-            system: path of a system file, which is refused.
-            logs: path of a log folder, which is refused.
-            fits: folder of the fit.
-            split: division of the runs into folds, the same as in training.
-
-        Returns:
-            Tables runs, repeats and examples of `pipeline.cam_follower.jumps.judge`, with a column `model`.
-
-        Raises:
-            BadInput: when a system or logs are given, or the fit is missing, damaged, or of another model or
-                split.
-        """
         refused(system, logs)
         campaign = Campaign.read(self.features)
         folds = split.folds(campaign.experiments)

@@ -19,7 +19,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import check_name
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
-from unmodelled.learning.recipe import Tables, check_folds, refused
+from unmodelled.learning.recipe import Recipe, Tables, check_folds, refused
 from unmodelled.learning.splits import Split
 
 #: Signals that models of the drivetrain read: time (s), angle (rad) and speed (rad/s) of the cam.
@@ -27,8 +27,11 @@ SIGNALS = ["t", "theta", "omega"]
 
 
 @dataclass(frozen=True)
-class DrivetrainRecipe:
+class DrivetrainRecipe(Recipe):
     """A model of the drivetrain and its training.
+
+    Tables of `evaluate` are errors and examples, see `pipeline.cam_follower.held_out.Simulations`; for a
+    split that explores, also force, see `pipeline.cam_follower.held_out.explore`.
 
     Attributes:
         dynamics: constructor of a stack of models.
@@ -67,21 +70,6 @@ class DrivetrainRecipe:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit the model to the runs in `features` (see `unmodelled.learning.recipe.Recipe`).
-
-        Args:
-            system: path of a system file, which is refused.
-            logs: path of a log folder, which is refused.
-            split: division of the runs into folds.
-            profile: numbers of models; `repeats` is the number of models per fold.
-            start: folder of a fit to continue from, which is refused.
-            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
-            seed: seed of the random generators.
-            out: folder of the fit.
-
-        Raises:
-            BadInput: when a system, logs or a start is given, or the store of the runs cannot be used.
-        """
         refused(system, logs, start)
         campaign, repeats = self.campaign(), profile["repeats"]
         folds = split.folds(campaign.experiments)
@@ -95,22 +83,6 @@ class DrivetrainRecipe:
         write_json(out / "fit.json", {**about, "seconds": time.monotonic() - begin, "parameters": trained})
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Simulate the held-out runs (see `unmodelled.learning.recipe.Recipe`).
-
-        Args:
-            system: path of a system file, which is refused.
-            logs: path of a log folder, which is refused.
-            fits: folder of the fit.
-            split: division of the runs into folds, the same as in training.
-
-        Returns:
-            Tables errors and examples, see `pipeline.cam_follower.held_out.Simulations`; for a split that
-            explores, also table force, see `pipeline.cam_follower.held_out.explore`.
-
-        Raises:
-            BadInput: when a system or logs are given, or the fit is missing, damaged, or of another model or
-                split.
-        """
         refused(system, logs)
         campaign = self.campaign()
         dataset = Dataset.of(campaign, self.mechanism)

@@ -19,7 +19,7 @@ from unmodelled.learning.fitting import fit, start_from
 from unmodelled.learning.held_out import measured_samples, surfaces
 from unmodelled.learning.initial import initial_parameters, initial_weights, scales
 from unmodelled.learning.nnap import Nnap
-from unmodelled.learning.recipe import Tables, check_folds, required
+from unmodelled.learning.recipe import Recipe, Tables, check_folds, required
 from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.rollout import Measured
 from unmodelled.learning.splits import Fold, Split
@@ -34,8 +34,10 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class AugmentedRecipe:
+class AugmentedRecipe(Recipe):
     """A hybrid model of a system and its training.
+
+    Tables of `evaluate` are errors, examples, efforts and surface.
 
     Attributes:
         networks: structure of the model: which networks sit where, see `unmodelled.learning.structures`.
@@ -191,23 +193,6 @@ class AugmentedRecipe:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit the model to the experiments of a log folder, and write the fit (see
-        `unmodelled.learning.recipe.Recipe`).
-
-        Args:
-            system: path of the system file.
-            logs: path of the log folder, or of the store that `ingest` made of one.
-            split: division of the experiments into folds.
-            profile: numbers of models; `system_repeats` is the number of models per fold.
-            start: folder of the fit to continue from; None: from scratch.
-            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
-            seed: seed of the random generators.
-            out: folder of the fit.
-
-        Raises:
-            BadInput: when the system, the logs or the fit to start from is missing or does not suit the
-                recipe.
-        """
         system, logs = required(system, logs)
         known = read_system(system)
         measured = read_logs(logs, known)
@@ -219,20 +204,6 @@ class AugmentedRecipe:
         print(found)
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Simulate the held-out experiments with the fitted models (see `unmodelled.learning.recipe.Recipe`).
-
-        Args:
-            system: path of the system file.
-            logs: path of the log folder, or of the store that `ingest` made of one.
-            fits: folder of the fit.
-            split: division of the experiments into folds, the same as in training.
-
-        Returns:
-            Tables errors, examples, efforts and surface.
-
-        Raises:
-            BadInput: when the system or the logs are missing, or the fit belongs to another recipe or split.
-        """
         system, logs = required(system, logs)
         known = read_system(system)
         measured = read_logs(logs, known)
