@@ -20,7 +20,7 @@ from pipeline.revision import revision
 from unmodelled.base.files import write_json
 
 REPORTS = Path(__file__).parent.parent / "reports"
-HARNESS = {"timing", "slider_crank", "keras", "head_to_head", "__main__"}
+HARNESS = {"timing", "slider_crank", "keras", "head_to_head", "published", "__main__"}
 COMMON = {"ours", "peer", "ratio", "ratio_low", "ratio_high", "peer_version", "threads"}
 
 
