@@ -136,7 +136,9 @@ def row(records: Records, file: str, out: Path) -> dict[str, Any]:
 
 
 def _law(effect: NamedEffect) -> str:
-    numbers = [f"{name} = {e['value']:.3g} {e['unit']}" for name, e in effect.parameters.items()]
+    numbers = [
+        f"{name} = {e['value']:.3g} {e['unit']}".removesuffix(" 1") for name, e in effect.parameters.items()
+    ]
     return f"{effect.family} at {effect.port}: {', '.join([effect.law, *numbers])}"
 
 
@@ -180,7 +182,8 @@ def main(words: Sequence[str]) -> None:
         write_json(out / f"{name}.json", rows)
         for made in rows:
             print(f"{made['file']}: {made['verdict']} ({made['confidence']:.2f}), {made['cpu']:.0f} CPU s")
-            print(*(f"  {law}" for law in made["laws"]), sep="\n")
+            for law in made["laws"]:
+                print(f"  {law}")
             for test, errors in made["rmse"].items():
                 said = ", ".join(f"{model} {error:.4g}" for model, error in errors.items())
                 print(f"  {test}, RMSE in {made['unit']}: {said}", flush=True)
