@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,9 +13,7 @@ import pandas as pd
 import pytest
 import yaml
 from hypothesis import settings
-from playwright.sync_api import Browser, sync_playwright
 
-from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.progress import VARIABLE
 
@@ -25,16 +22,6 @@ ROOT = Path(__file__).parents[1]
 # a first example may compile, and a busy machine is slow: how long an example takes is no property
 settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
-
-BROWSER_FLAGS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 
 os.environ["DVC_NO_ANALYTICS"] = "1"  # projects of the tests have no .dvc/config that says so
 
@@ -58,11 +45,6 @@ def _progress_is_shown_as_before() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def _numpy_errors_are_errors() -> None:
     np.seterr(divide="raise", invalid="raise")
-
-
-@pytest.fixture
-def mechanism() -> CamFollower:
-    return CamFollower()
 
 
 @pytest.fixture(scope="session")
@@ -160,18 +142,3 @@ def jump_campaign() -> Campaign:
     joined = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
     offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
     return Campaign(pd.DataFrame(rows, columns=columns), joined, offsets, {"data": "virtual"})
-
-
-@pytest.fixture(scope="module")  # its event loop would be in the way of other tests
-def browser() -> Iterator[Browser]:
-    names = ("chromium", "chromium-browser", "google-chrome")
-    path = next((found for name in names if (found := shutil.which(name))), None)
-    if path is None:
-        missing = f"no browser: none of {', '.join(names)} is installed"
-        if os.environ.get("REPORT_BROWSER") == "required":
-            pytest.fail(missing)
-        pytest.skip(missing)
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=BROWSER_FLAGS)
-        yield opened
-        opened.close()

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from tests.inspection.machines import SCREW, Machine, integrated, rounded
+from tests.inspection.machines import SCREW, integrated, rounded
 
 Array = NDArray[np.float64]
 Frames = dict[str, pd.DataFrame]
@@ -115,21 +115,22 @@ def _sticking(x: Array, u: Array) -> Array:
     return np.array([np.where(still, 0.0, x[1]), np.where(still, -x[1] / SCREW.period, free)])
 
 
-def twins(machine: Machine) -> dict[str, Frames]:
-    """Return faultless logs that could be taken for faulty ones."""
-    return {
-        "faultless": machine.frames(),
-        "encoder of low resolution": _screw(_slow, count=5e-4),
-        "rest, then motion": _screw(lambda t, rng: np.where(t < 2.0, 0.0, _slow(t, rng))),
-        "rest": {**_screw(_slow), "still": _screw(lambda t, rng: 1e-3 * _slow(t, rng))["run1"]},
-        "saturated command": _screw(lambda t, rng: np.clip(2.0 * _slow(t, rng), -40.0, 40.0)),
-        "square wave": _screw(lambda t, rng: 40.0 * np.sign(_slow(t, rng))),
-        "steps": _screw(lambda t, rng: rng.uniform(-40.0, 40.0, 60)[(t / 0.12).astype(np.int64)]),
-        "modulated width": _screw(lambda t, rng: 40.0 * (rng.random(len(t)) < 0.5 + 0.01 * _slow(t, rng))),
-        "blows of a hammer": _screw(lambda t, rng: 900.0 * (rng.random(len(t)) < 0.01)),
-        "ramp, held": _screw(lambda t, rng: 20.0 * np.clip(t - 1.0, 0.0, 1.0) * (t < 3.0)),
-        "end stops": _screw(_slow, _stop),
-        "dry friction": _screw(_slow, _sticking),
-        "few samples a period": {name: frame[::27] for name, frame in _screw(_quick).items()},
-        "coarse dry friction": _screw(_slow, _sticking, 2e-4),
-    }
+#: Makers of faultless logs that could be taken for faulty ones.
+TWINS: dict[str, Callable[[], Frames]] = {
+    "faultless": SCREW.frames,
+    "encoder of low resolution": lambda: _screw(_slow, count=5e-4),
+    "rest, then motion": lambda: _screw(lambda t, rng: np.where(t < 2.0, 0.0, _slow(t, rng))),
+    "rest": lambda: {**_screw(_slow), "still": _screw(lambda t, rng: 1e-3 * _slow(t, rng))["run1"]},
+    "saturated command": lambda: _screw(lambda t, rng: np.clip(2.0 * _slow(t, rng), -40.0, 40.0)),
+    "square wave": lambda: _screw(lambda t, rng: 40.0 * np.sign(_slow(t, rng))),
+    "steps": lambda: _screw(lambda t, rng: rng.uniform(-40.0, 40.0, 60)[(t / 0.12).astype(np.int64)]),
+    "modulated width": lambda: _screw(
+        lambda t, rng: 40.0 * (rng.random(len(t)) < 0.5 + 0.01 * _slow(t, rng))
+    ),
+    "blows of a hammer": lambda: _screw(lambda t, rng: 900.0 * (rng.random(len(t)) < 0.01)),
+    "ramp, held": lambda: _screw(lambda t, rng: 20.0 * np.clip(t - 1.0, 0.0, 1.0) * (t < 3.0)),
+    "end stops": lambda: _screw(_slow, _stop),
+    "dry friction": lambda: _screw(_slow, _sticking),
+    "few samples a period": lambda: {name: frame[::27] for name, frame in _screw(_quick).items()},
+    "coarse dry friction": lambda: _screw(_slow, _sticking, 2e-4),
+}

@@ -88,9 +88,9 @@ def test_faultless_logs_raise_no_alarm(name: str, systems: dict[str, System]) ->
         assert looked(systems[name], MACHINES[name].frames(seed))[1] == []
 
 
-@pytest.mark.parametrize("twin", faults.twins(SCREW))
+@pytest.mark.parametrize("twin", faults.TWINS)
 def test_what_looks_like_a_fault_is_none(twin: str, systems: dict[str, System]) -> None:
-    assert looked(systems["screw"], faults.twins(SCREW)[twin])[1] == []
+    assert looked(systems["screw"], faults.TWINS[twin]())[1] == []
 
 
 def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:

@@ -62,6 +62,11 @@ def rate(known: System) -> Callable[..., Array]:
     return numpy_system_function(known, [known.dynamics[1]], efforts_zero=True)
 
 
+@pytest.fixture(scope="module")
+def mechanism() -> CamFollower:
+    return CamFollower()
+
+
 @pytest.mark.parametrize(("H", "beta"), CAMS)
 def test_the_system_file_is_the_mechanism(
     H: float, beta: float, known: System, rate: Callable[..., Array], mechanism: CamFollower

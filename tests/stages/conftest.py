@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.browser import browser as browser
 from tests.stages.jump_stages import CELLS, attribute, evaluate, tabulate, train
 from unmodelled.base.campaign import Campaign
 
