@@ -13,10 +13,10 @@ comma := ,
 given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
 REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
 
-.PHONY: help report measured real test check wheel bench withheld fuzz survive docs clean
+.PHONY: help report measured real test test-all check wheel bench withheld fuzz survive docs clean
 
 help:            ## this list
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
 
 report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
 report: CHOOSE = $(call choose,virtual,quick,)
@@ -51,10 +51,15 @@ repro: $(VENV)/ready
 	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
 
-# in the order of tests/conftest.py: the longest first, so that no core waits for it in the end
-test: $(VENV)/tools  ## all tests, a file of them at a time on every core: ARGS=<more arguments of pytest>
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
-		--no-loadscope-reorder $(ARGS)
+# in the order of tests/conftest.py: the longest first, so that no core waits for it in the end; a core has one process
+# of tests, whose threads would only wait for those of the others
+PYTEST := PATH="$(CURDIR)/$(BIN):$$PATH" OMP_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
+	--no-loadscope-reorder
+test: $(VENV)/tools  ## the quick tests, a file of them at a time on every core (minutes): ARGS=<more arguments of pytest>
+	@$(PYTEST) -m "not graph and not long" $(ARGS)
+
+test-all: $(VENV)/tools  ## all tests, with the stage graph and whole diagnoses (less than half an hour on two cores)
+	@$(PYTEST) $(ARGS)
 
 check: $(VENV)/tools  ## style, types, layering
 	$(BIN)/ruff check .

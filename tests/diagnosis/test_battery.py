@@ -47,9 +47,8 @@ def record(folder: Path, charges: Sequence[float] = (0.9,) * RUNS) -> Path:
     return write_runs(folder, tables)
 
 
-@pytest.mark.parametrize(
-    "lowest", [pytest.param(0.9, id="full", marks=pytest.mark.long), pytest.param(0.4, id="at other charges")]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("lowest", [pytest.param(0.9, id="full"), pytest.param(0.4, id="at other charges")])
 def test_the_slow_part_of_the_voltage_is_named(tmp_path: Path, lowest: float) -> None:
     """The file says that the battery is full; where it starts is read from its voltage."""
     answer = diagnosed(tmp_path, CELL, record(tmp_path / "logs", np.linspace(lowest, 0.9, RUNS).tolist()))

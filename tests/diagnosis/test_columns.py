@@ -158,6 +158,7 @@ def test_errors_of_a_system_with_hidden_states_are_compared_over_some_windows(tm
     assert len(compared) > 20 and all(compared)
 
 
+@pytest.mark.long
 def test_where_nothing_is_missing_the_best_law_is_chance(tmp_path: File) -> None:
     """Of ten machines without effects, the probability is spread from zero to one."""
     flawless = [Bench(samples=200, runs=8, friction=0.0, seed=seed) for seed in range(10)]

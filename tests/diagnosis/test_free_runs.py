@@ -72,6 +72,7 @@ def test_short_windows_and_experiments_as_a_whole(tmp_path: Path, horizon: float
     same(*logged(tmp_path), horizon)
 
 
+@pytest.mark.long
 def test_of_a_bench_with_two_outputs(slider_crank: Known) -> None:
     system, logs = slider_crank
     assert len(system.outputs) > 1

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tests.every import every
 from tests.physics.effects.benches import SYSTEMS, arm, arm_scales, measured
 from tests.physics.robot.mechanisms import OFF, system_of
 from unmodelled.base.errors import BadInput
@@ -73,7 +74,7 @@ def lacking(home: TakeHome) -> list[str]:
     return [part.what for part in home.missing if not part.supplemented]
 
 
-@pytest.mark.parametrize("effect", effects(), ids=lambda e: "-".join(filter(None, (e.family, e.variant))))
+@every(effects)
 def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(effect: Effect) -> None:
     for place in islice(reversed(effect.places(arm())), 2):
         system, found = planted(effect, place, arm())

@@ -15,11 +15,16 @@ ROOT = Path(__file__).parents[2]
 CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT / package).rglob("*.py"))]
 FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
-#: Modules whose examples take longer than ten seconds.
+#: Modules whose examples take longer than two seconds.
 LONG = {
     "unmodelled.api.answer_list",
+    "unmodelled.api.diagnosis",
+    "unmodelled.api.learned_laws",
     "unmodelled.api.next_experiment",
+    "unmodelled.effects.own_law",
+    "unmodelled.learning.evaluation",
     "unmodelled.learning.uncertainty.identified",
+    "unmodelled.uncertainty.push_forward",
 }
 
 

@@ -28,8 +28,6 @@ SHOWN = {
     ],
     "uncertain_parameters": [r"mu_1 = 0\.\d+ is identified", r"sigma_1 = 0\.\d+ is identified"],
 }
-#: Notebooks that take longer than ten seconds.
-LONG = SHOWN.keys() - {"uncertain_parameters"}
 
 
 def cells(path: Path) -> list[nbformat.NotebookNode]:
@@ -58,7 +56,8 @@ def test_it_is_stored_without_outputs_and_explains_its_cells(name: str) -> None:
     assert "code code code" not in " ".join(kinds)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in SHOWN])
+@pytest.mark.long
+@pytest.mark.parametrize("name", SHOWN)
 def test_it_runs_and_shows_what_it_says(name: str, tmp_path: Path) -> None:
     said = outputs(FOLDER / f"{name}.ipynb", tmp_path)
     for pattern in SHOWN[name]:

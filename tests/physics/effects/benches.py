@@ -8,7 +8,6 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import pytest
 import sympy as sp
 from numpy.typing import NDArray
 
@@ -121,18 +120,15 @@ def _added(case: Case) -> Added:
     return case.effect.add(case.system, case.place, scales(case.name))
 
 
-def cases(*names: str) -> list[Case]:
+@cache
+def cases(*names: str) -> tuple[Case, ...]:
     """Every effect at every place of the systems `names` (of all unless given)."""
-    return [
+    return tuple(
         Case(name, effect, place)
         for name in names or FILES
         for effect in effects()
         for place in islice(effect.places(system(name)), FEW)
-    ]
-
-
-def every(found: list[Case]) -> pytest.MarkDecorator:
-    return pytest.mark.parametrize("case", found, ids=str)
+    )
 
 
 def at_place(added: Added) -> sp.Expr:

@@ -11,12 +11,12 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
+from tests.every import every
 from tests.physics.effects.benches import (
     Case,
     at_place,
     cases,
     evaluated,
-    every,
     measured,
     scales,
     system,
@@ -32,8 +32,6 @@ from unmodelled.logs.readings import readings
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
-EVERY = cases()
-
 
 def test_no_two_effects_share_family_and_variant_and_the_simplest_come_first() -> None:
     names = [f"{effect.family} {effect.variant}".strip() for effect in effects()]
@@ -43,7 +41,7 @@ def test_no_two_effects_share_family_and_variant_and_the_simplest_come_first() -
 
 
 def test_every_effect_is_tried_somewhere() -> None:
-    untried = set(effects()) - {case.effect for case in EVERY}
+    untried = set(effects()) - {case.effect for case in cases()}
     assert not untried, f"{untried}: no system has a place for it: add one to FILES of benches.py"
 
 
@@ -56,7 +54,7 @@ def test_no_drive_lies_between_a_measured_input_and_the_physics() -> None:
     assert families >= {"actuator_gain", "actuator_offset", "input_delay"}
 
 
-@every(EVERY)
+@every(cases)
 def test_every_effect_keeps_what_all_must_keep(case: Case) -> None:
     added = check_effect(case.effect, case.system, case.place, scales(case.name))
     fitted = [*added.amplitudes, *added.shapes]
@@ -92,7 +90,7 @@ def test_a_law_that_breaks_a_rule_is_refused(law: Law, said: str) -> None:
         check_effect(Broken(law), system("stage"), Place("port", "rail"), scales("stage"))
 
 
-@every([case for case in cases("stage", "pendulum") if case.linear])
+@every(lambda: (case for case in cases("stage", "pendulum") if case.linear))
 def test_what_is_added_is_regressors_times_amplitudes(case: Case) -> None:
     added = case.added
     rng = np.random.default_rng(1)
@@ -106,7 +104,7 @@ def test_what_is_added_is_regressors_times_amplitudes(case: Case) -> None:
     assert np.ptp(np.abs(regressors), axis=1).max() > 0.0 or len(set(added.regressors)) == 1
 
 
-@every([case for case in EVERY if not case.added.linear])
+@every(lambda: (case for case in cases() if not case.added.linear))
 def test_an_effort_that_depends_on_acceleration_holds_with_the_acceleration_that_it_makes(case: Case) -> None:
     """E = F + sum of amplitudes times what they add, at the acceleration of the system with the effect."""
     added, known = case.added, case.system
@@ -127,7 +125,7 @@ def test_an_effort_that_depends_on_acceleration_holds_with_the_acceleration_that
     assert_allclose(found, wanted, rtol=1e-9)
 
 
-@every([case for case in EVERY if not case.added.linear])
+@every(lambda: (case for case in cases() if not case.added.linear))
 def test_the_regressor_of_such_an_effort_is_its_tangent_at_zero(case: Case) -> None:
     added, port = case.added, case.system.port(case.place.name)
     laws = {sp.Symbol(port.effort, real=True): port.law or sp.S.Zero}
@@ -162,7 +160,7 @@ def test_an_effect_only_acts_where_the_port_has_what_it_needs(name: str) -> None
 
 
 def test_the_weight_of_something_that_turns_acts_on_torques_only() -> None:
-    assert {case.name for case in EVERY if case.effect.family == "gravity_load"} == {"pendulum", "coupling"}
+    assert {case.name for case in cases() if case.effect.family == "gravity_load"} == {"pendulum", "coupling"}
 
 
 def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> None:
@@ -182,7 +180,7 @@ def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> No
             assert read_system(tmp_path / "grown.yaml").parameters == added.system.parameters
 
 
-@every([case for case in cases("stage", "pendulum") if case.effect.family == "torque_ripple"])
+@every(lambda: (case for case in cases("stage", "pendulum") if case.effect.family == "torque_ripple"))
 def test_a_ripple_is_at_least_one_wave(case: Case) -> None:
     """Over the travel, or per turn: less of one, with its overtones, fits whatever a spring does."""
     lowest = {"stage": 2.0 * np.pi / 0.6, "pendulum": 1.0}[case.name]

@@ -10,18 +10,22 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from tests.physics.effects.benches import PERIOD, Case, at_place, cases, every, measured, system, values
+from tests.every import every
+from tests.physics.effects.benches import PERIOD, Case, at_place, cases, measured, system, values
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.effect import PortEffect
 from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
-ON_PORTS = [case for case in cases("pendulum") if isinstance(case.effect, PortEffect)]
+
+
+def on_ports() -> list[Case]:
+    return [case for case in cases("pendulum") if isinstance(case.effect, PortEffect)]
 
 
 def with_power(power: str) -> list[Case]:
-    found = [c for c in ON_PORTS if isinstance(c.effect, PortEffect) and c.effect.power == power]
+    found = [c for c in on_ports() if isinstance(c.effect, PortEffect) and c.effect.power == power]
     return [case for case in found if case.added.linear]
 
 
@@ -40,7 +44,7 @@ def extra(added: Added) -> sp.Expr:
     )
 
 
-@every(with_power("lost"))
+@every(lambda: with_power("lost"))
 def test_friction_never_adds_power(case: Case) -> None:
     added = case.added
     assert all(added.bounds[name][0] == 0.0 for name in added.amplitudes)
@@ -98,14 +102,14 @@ def _step(f, t, z, h):  # type: ignore[no-untyped-def]
     return z + h / 6 * (k1 + 2 * (k2 + k3) + f(t + h, z + h * k3))
 
 
-@every(with_power("stored"))
+@every(lambda: with_power("stored"))
 def test_springs_give_back_what_they_take(case: Case) -> None:
     added = case.added
     (energy,) = taken(added, drawn(added, 1), 1)
     assert abs(energy) <= 1e-3 * max(added.scales[name] for name in added.amplitudes)
 
 
-@every(with_power("lost over a cycle"))
+@every(lambda: with_power("lost over a cycle"))
 def test_hysteresis_play_and_stops_take_energy_over_a_cycle(case: Case) -> None:
     added = case.added
     assert taken(added, drawn(added, 2), 2)[1] > 0.0
@@ -129,22 +133,25 @@ def pushing(added: Added, seed: int) -> dict[str, float]:
     return sizes | {name: float(rng.choice(grid)) for name, grid in added.shapes.items()}
 
 
-@pytest.mark.parametrize("seed", range(4))
-@every([case for case in ON_PORTS if case.added.linear])
-def test_beyond_the_data_no_law_that_may_push_grows_faster_than_a_line(case: Case, seed: int) -> None:
+@every(lambda: (case for case in on_ports() if case.added.linear))
+def test_beyond_the_data_no_law_that_may_push_grows_faster_than_a_line(case: Case) -> None:
     """A polynomial feeds in energy without limit there, and tears a simulation apart."""
     added = case.added
-    numbers = pushing(added, seed)
-    near, far = (np.abs(at_rest(added, numbers, s * np.array([-1.0, 1.0]))) for s in (1e3, 1e5))
-    size = sum(abs(numbers.get(name, 0.0)) for name in added.amplitudes)
-    assert np.all(far <= 110.0 * near + 10.0 * size)
+    for seed in range(4):
+        numbers = pushing(added, seed)
+        near, far = (np.abs(at_rest(added, numbers, s * np.array([-1.0, 1.0]))) for s in (1e3, 1e5))
+        size = sum(abs(numbers.get(name, 0.0)) for name in added.amplitudes)
+        assert np.all(far <= 110.0 * near + 10.0 * size), seed
 
 
-@pytest.mark.parametrize("seed", range(6))
-@every([case for case in ON_PORTS if case.added.slopes])
-def test_a_fitted_curve_goes_on_straight_and_does_not_fall(case: Case, seed: int) -> None:
+@every(lambda: (case for case in on_ports() if case.added.slopes))
+def test_a_fitted_curve_goes_on_straight_and_does_not_fall(case: Case) -> None:
+    for seed in range(6):
+        _check_straight(case, pushing(case.added, seed))
+
+
+def _check_straight(case: Case, numbers: dict[str, float]) -> None:
     added = case.added
-    numbers = pushing(added, seed)
     (low, high), ends = *added.extent.values(), {p.name: p.value for p in added.system.parameters}
     edges = np.array([ends[low], ends[high]])
     assert_allclose(edges, [-0.33, 0.33], rtol=1e-3)
@@ -160,7 +167,7 @@ def test_a_fitted_curve_goes_on_straight_and_does_not_fall(case: Case, seed: int
     assert_allclose(at_rest(added, numbers, within), plain, rtol=1e-9)
 
 
-@every([case for case in ON_PORTS if case.added.slopes])
+@every(lambda: (case for case in on_ports() if case.added.slopes))
 def test_a_simulation_that_leaves_the_data_stays_finite_however_the_curve_falls_there(case: Case) -> None:
     added = case.added
     falling = {name: -added.scales[name] for name in added.amplitudes}
@@ -199,7 +206,7 @@ def simulated(added: Added, p: Array, seconds: float) -> Array:
     return np.array(path)
 
 
-@every([case for case in cases("pendulum") if case.added.amplitudes])
+@every(lambda: (case for case in cases("pendulum") if case.added.amplitudes))
 def test_simulations_stay_finite_at_both_ends_of_the_grids(case: Case) -> None:
     added = case.added
     full = {name: added.scales[name] if name not in added.shares else 1.0 for name in added.amplitudes}

@@ -106,7 +106,7 @@ def test_innermost_loop_of_the_clutch_is_short() -> None:
     assert "/" not in advance.split("while k < stop")[1]
 
 
-@pytest.mark.parametrize("seed", [16, 19])
+@pytest.mark.parametrize("seed", [16, pytest.param(19, marks=pytest.mark.long)])
 def test_random_systems_equal_reference(seed: int) -> None:
     """With parts of every place, and with shared states; nothing is driven: all steps are the same."""
     system, draw = random_structure(seed).system, np.random.default_rng(seed)
