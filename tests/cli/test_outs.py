@@ -11,6 +11,7 @@ import pytest
 from hydra.utils import get_method
 
 from pipeline.__main__ import CONF, PROGRAM, main
+from tests.every import check_each
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER, OUTPUTS, Out, OutputPlace, path_arguments
 
@@ -36,8 +37,10 @@ def inputs(verb: str) -> list[str]:
     return [name for name in paths(verb) if name not in OUTPUTS]
 
 
-WRITING = [verb for verb in PROGRAM.verbs if "out" in paths(verb)]
-WITH_INPUTS = [(verb, name) for verb in WRITING for name in inputs(verb)]
+def writing(*outs: Out) -> list[str]:
+    """Verbs that have an `out` (of one of these kinds); finding them imports all that they need."""
+    every = [verb for verb in PROGRAM.verbs if "out" in paths(verb)]
+    return [verb for verb in every if not outs or place(verb).out in outs]
 
 
 def run(*arguments: str) -> object:
@@ -66,87 +69,103 @@ def call(verb: str, known: dict[str, Path], out: Path) -> None:
 
 
 def test_every_verb_but_those_without_an_out_is_looked_at() -> None:
-    assert set(PROGRAM.verbs) - set(WRITING) == {"tabulate_real", "tabulate_proposals"}
+    assert set(PROGRAM.verbs) - set(writing()) == {"tabulate_real", "tabulate_proposals"}
     assert all(isinstance(place(verb), OutputPlace) for verb in PROGRAM.verbs)
-    assert {verb for verb in WRITING if not inputs(verb)} == {"acquire", "tune"}
+    assert {verb for verb in writing() if not inputs(verb)} == {"acquire", "tune"}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("verb", WRITING)
 def test_a_folder_that_no_verb_made_is_refused(
-    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    known, out = given(verb, tmp_path), tmp_path / "mine"
-    (out / "deep").mkdir(parents=True)
-    (out / "deep" / "thesis.txt").write_text("years of work")
-    before = everything(tmp_path)
-    code = run(verb, *(f"{name}={path}" for name, path in known.items()), f"out={out}")
-    after = everything(tmp_path)
-    if place(verb).out is Out.SHARED:  # it takes the places of its own files there and no other
-        assert before.items() <= after.items()
-        return
-    said = capsys.readouterr().err
-    assert code == 2 and said.startswith(f"error: {out}: ") and said.count("\n") == 1, said
-    assert after == before
+    def check(verb: str) -> None:
+        folder = tmp_path / verb
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        known, out = given(verb, folder), folder / "mine"
+        (out / "deep").mkdir(parents=True)
+        (out / "deep" / "thesis.txt").write_text("years of work")
+        before = everything(folder)
+        code = run(verb, *(f"{name}={path}" for name, path in known.items()), f"out={out}")
+        after, said = everything(folder), capsys.readouterr().err
+        if place(verb).out is Out.SHARED:  # it takes the places of its own files there and no other
+            assert before.items() <= after.items()
+            return
+        assert code == 2 and said.startswith(f"error: {out}: ") and said.count("\n") == 1, said
+        assert after == before
+
+    check_each(writing(), check)
 
 
-@pytest.mark.parametrize("verb", [v for v in WRITING if place(v).out is Out.FOLDER])
 @pytest.mark.parametrize("maker", ["another", None])
-def test_what_another_verb_or_an_older_program_made_is_refused(
-    verb: str, maker: str | None, tmp_path: Path
-) -> None:
-    known, out = given(verb, tmp_path), tmp_path / "answer"
-    out.mkdir()
-    (out / "diagnosis.json").write_text("{}")
-    if maker:
-        (out / MARKER).write_text('{"files": ["diagnosis.json"], "made_by": "another"}')
-    before = everything(tmp_path)
-    with pytest.raises(BadInput, match="made by another, not by" if maker else "no verb made it") as refused:
-        call(verb, known, out)
-    assert "give another folder, or remove this one yourself" in str(refused.value)
-    assert everything(tmp_path) == before
+def test_what_another_verb_or_an_older_program_made_is_refused(maker: str | None, tmp_path: Path) -> None:
+    def check(verb: str) -> None:
+        known, out = given(verb, tmp_path / verb), tmp_path / verb / "answer"
+        out.mkdir(parents=True)
+        (out / "diagnosis.json").write_text("{}")
+        if maker:
+            (out / MARKER).write_text('{"files": ["diagnosis.json"], "made_by": "another"}')
+        before = everything(tmp_path / verb)
+        told = "made by another, not by" if maker else "no verb made it"
+        with pytest.raises(BadInput, match=told) as refused:
+            call(verb, known, out)
+        assert "give another folder, or remove this one yourself" in str(refused.value)
+        assert everything(tmp_path / verb) == before
+
+    check_each(writing(Out.FOLDER), check)
 
 
 @pytest.mark.parametrize("relation", ["is", "lies inside", "holds"])
-@pytest.mark.parametrize(("verb", "name"), WITH_INPUTS)
-def test_an_out_at_an_input_is_refused(verb: str, name: str, relation: str, tmp_path: Path) -> None:
-    known, about = given(verb, tmp_path), place(verb)
-    if relation == "lies inside" and name in about.inside:
-        pytest.skip("a folder of many results, with places for new ones")
-    if relation == "is" and name in about.beside:
-        pytest.skip("a folder of a user's files, into which new files are put")
-    if relation == "holds" and about.out is Out.SHARED:
-        pytest.skip("a shared folder, nothing but own files are replaced")
+def test_an_out_at_an_input_is_refused(relation: str, tmp_path: Path) -> None:
+    cases = [(verb, name) for verb in writing() for name in inputs(verb) if _refused(verb, name, relation)]
+    check_each(cases, lambda case: _check_out_at_input(*case, relation, tmp_path / "-".join(case)))
+
+
+def _refused(verb: str, name: str, relation: str) -> bool:
+    """Whether this is no folder of many results, of files of a user or of several verbs."""
+    about = place(verb)
+    return not (
+        (relation == "lies inside" and name in about.inside)
+        or (relation == "is" and name in about.beside)
+        or (relation == "holds" and about.out is Out.SHARED)
+    )
+
+
+def _check_out_at_input(verb: str, name: str, relation: str, folder: Path) -> None:
+    known, about = given(verb, folder), place(verb)
     source = known[name]
     out = {"is": source, "lies inside": source / "new" / "out", "holds": source.parent}[relation]
     own = '{"files": ["folder/precious.txt", "precious.txt"], "made_by": "' + verb + '"}'
     if out.exists() and about.out is Out.FOLDER:
         (out / MARKER).write_text(own)  # even a folder that the verb made itself
-    before = everything(tmp_path)
+    before = everything(folder)
     with pytest.raises(BadInput) as refused:
         call(verb, known, out)
     if about.out is not Out.FILE:  # of a file, a folder of its name is wrong in any case
         assert f"{out}: {relation} the input {name}=" in str(refused.value)
-    assert everything(tmp_path) == before
+    assert everything(folder) == before
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("verb", [v for v in WRITING if inputs(v)])
 def test_the_command_line_says_so_in_one_line(
-    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Through a link, and by a relative name with detours."""
-    monkeypatch.chdir(tmp_path)
-    known = given(verb, tmp_path)
-    (tmp_path / "link").symlink_to(tmp_path / "in")
-    name = inputs(verb)[0]
-    before = everything(tmp_path)
-    for out in (f"link/{name}/folder", f"in/../in/{name}/folder"):
-        code = run(verb, *(f"{key}={path}" for key, path in known.items()), f"out={out}")
-        said = capsys.readouterr().err
-        assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
-    assert everything(tmp_path) == before
+
+    def check(verb: str) -> None:
+        folder = tmp_path / verb
+        known = given(verb, folder)
+        monkeypatch.chdir(folder)
+        (folder / "link").symlink_to(folder / "in")
+        name = inputs(verb)[0]
+        before = everything(folder)
+        for out in (f"link/{name}/folder", f"in/../in/{name}/folder"):
+            code = run(verb, *(f"{key}={path}" for key, path in known.items()), f"out={out}")
+            said = capsys.readouterr().err
+            assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
+        assert everything(folder) == before
+
+    check_each([verb for verb in writing() if inputs(verb)], check)
 
 
 SYSTEM = f"system={CONF.parent / 'systems' / 'pendulum.yaml'}"
