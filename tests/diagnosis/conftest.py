@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.rigs.slider_crank import SliderCrankCampaign
 from tests.diagnosis.benches import pendulum
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
@@ -33,6 +32,8 @@ signals:
 @pytest.fixture(scope="session")
 def slider_crank(tmp_path_factory: pytest.TempPathFactory) -> Known:
     """The bench without its spring, and all that it does otherwise."""
+    from pipeline.rigs.slider_crank import SliderCrankCampaign  # needs MuJoCo, which other tests do not
+
     folder = tmp_path_factory.mktemp("slider_crank")
     law = "((F_c + (F_s - F_c)*exp(-(v/v_s)**2))*tanh(v/stick) + viscous*v)"
     changes = (
