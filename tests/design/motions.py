@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.logs.folder import read_logs
+from tests.machines.folders import logs_of, system_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -31,10 +29,5 @@ def motion(rates: tuple[float, ...], start: float) -> tuple[Array, Array, Array,
 
 def read(folder: Path, text: str, logs: list[dict[str, Array]]) -> tuple[System, Logs]:
     """The system and the logs, written to `folder` and read."""
-    (folder / "system.yaml").write_text(text)
-    for i, log in enumerate(logs):
-        pd.DataFrame(log).to_csv(folder / f"{i}.csv", index=False)
-    table = pd.DataFrame({"id": range(len(logs)), "file": [f"{i}.csv" for i in range(len(logs))]})
-    table.to_csv(folder / "experiments.csv", index=False)
-    system = read_system(folder / "system.yaml")
-    return system, read_logs(folder, system)
+    system = system_of(text, folder)
+    return system, logs_of(system, folder, logs)

@@ -14,6 +14,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from tests.machines.folders import write_runs
 from unmodelled.api.next_experiment import NextExperiment, planned
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
@@ -63,15 +64,12 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cart")
     (folder / "cart.yaml").write_text(SYSTEM)
     (folder / "limits.yaml").write_text(LIMITS)
-    (folder / "logs").mkdir()
-    rng, t, ids = np.random.default_rng(0), PERIOD * np.arange(150), [f"run{k}" for k in range(4)]
-    for k, name in enumerate(ids):
+    rng, t, tables = np.random.default_rng(0), PERIOD * np.arange(150), []
+    for k in range(4):
         force = 1.0 + 0.4 * np.sin((2.0 + k) * t)
         y = motion(force, True, 0.5) + rng.normal(0.0, NOISE, (150, 2))
-        log = pd.DataFrame({"t": t, "force": force, "x": y[:, 0], "v": y[:, 1]})
-        log.to_csv(folder / "logs" / f"{name}.csv", index=False)
-    table = pd.DataFrame({"id": ids, "file": [f"{name}.csv" for name in ids]})
-    table.to_csv(folder / "logs" / "experiments.csv", index=False)
+        tables.append({"t": t, "force": force, "x": y[:, 0], "v": y[:, 1]})
+    write_runs(folder / "logs", tables)
     errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4}
     friction = {"family": "coulomb_friction", "port": "rail"}
     load = {
@@ -85,7 +83,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "system": "cart",
         "verdict": "effect",
         "seed": 0,
-        "where": {"experiments": [{"id": name} for name in ids]},
+        "where": {"experiments": [{"id": f"run{k}"} for k in range(4)]},
         "gap": {"horizon": 0.4, "units": {"x": errors, "v": errors}},
         "effects": [load],
         "parameters": {},

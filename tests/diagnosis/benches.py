@@ -8,13 +8,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.logs.folder import read_logs
+from tests.machines.folders import logs_of, system_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -55,8 +53,7 @@ def pendulum(folder: Path, *changes: tuple[str, str], text: str = TEXT) -> Syste
         assert old in text
         text = text.replace(old, new)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "system.yaml").write_text(text)
-    return read_system(folder / "system.yaml")
+    return system_of(text, folder)
 
 
 @dataclass(frozen=True)
@@ -102,17 +99,11 @@ class Bench:
             (self.samples, self.runs)
         )
         shown[self.samples // 3 :] -= self.missed
-        folder.mkdir(parents=True, exist_ok=True)
-        ids = [f"run{k}" for k in range(self.runs)]
-        for k, name in enumerate(ids):
-            log = {"t": t[: self.samples], "theta": shown[:, k], "torque": u[self.delay :, k]}
-            pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
-        files = [f"{name}.csv" for name in ids]
-        table = pd.DataFrame({"id": ids, "file": files})
-        if self.groups:
-            table["group"] = self.groups
-        table.to_csv(folder / "experiments.csv", index=False)
-        return read_logs(folder, system)
+        tables = [
+            {"t": t[: self.samples], "theta": angle, "torque": torque}
+            for angle, torque in zip(shown.T, u[self.delay :].T, strict=True)
+        ]
+        return logs_of(system, folder, tables, **({"group": self.groups} if self.groups else {}))
 
     def rates(self, x: Array, u: Array) -> Array:
         """Time derivatives of angle, speed and, if there is one, memory (2 or 3, runs) at x and u (runs,)."""

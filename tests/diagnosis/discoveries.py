@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.diagnosis.run_folder import diagnosed
 from tests.diagnosis.test_discovered import CART, Force, record
+from tests.machines.folders import diagnosed
 
 #: Planted forces, N, by size: of terms that are tried, of other forms, and of the library.
 TERMS: tuple[Callable[[float], Force], ...] = (

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from tests.diagnosis.benches import pendulum
+from tests.machines.folders import write_runs
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import in_columns
 from unmodelled.effects.effect import Effect
@@ -182,16 +183,15 @@ def _write(
             for s, state, v in zip(t, x, acting, strict=True)
         ]
     )
-    folder.mkdir(parents=True, exist_ok=True)
+    tables = []
     for k in range(runs):
         shown = {
             o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
             for j, o in enumerate(true.outputs)
         }
         given = {item.name: u[:, k, j] for j, item in enumerate(true.inputs)}
-        pd.DataFrame({"t": t, **shown, **given}).to_csv(folder / f"run{k}.csv", index=False)
-    table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(runs)]})
-    table.to_csv(folder / "experiments.csv", index=False)
+        tables.append({"t": t, **shown, **given})
+    write_runs(folder, tables, id=ids)
 
 
 def _at(samples: Array, u: Array) -> Array:

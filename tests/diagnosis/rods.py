@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pandas as pd
 
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import write_runs
 
 MJCF = """<mujoco model="rod">
   <!-- of a flyer -->

@@ -9,17 +9,15 @@ import pandas as pd
 import pytest
 
 import unmodelled
-from tests.diagnosis.run_folder import diagnosed, write_runs
 from tests.diagnosis.studies import fitted
+from tests.machines.folders import diagnosed, logs_of, system_of, write_runs
 from unmodelled.diagnosis.core.choose import Chooser
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.path import Path as FreeRun
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import several
-from unmodelled.systems.reader import read_system
 
 CART = """
 schema: system/1
@@ -62,9 +60,8 @@ def recorded(folder: Path, seed: int) -> pd.DataFrame:
 def test_an_accelerometer_alone_has_a_linear_system(tmp_path: Path) -> None:
     """No output shows a state: no start is measured, and hidden states start with the experiments."""
     runs = [recorded(tmp_path, seed)[["t", "F", "acc"]] for seed in range(4)]
-    (tmp_path / "cart.yaml").write_text(CART.replace("  x: {unit: m}\n", ""))
-    known = read_system(tmp_path / "cart.yaml")
-    logs = several(known, read_logs(write_runs(tmp_path / "logs", runs), known))
+    known = system_of(CART.replace("  x: {unit: m}\n", ""), tmp_path)
+    logs = several(known, logs_of(known, tmp_path / "logs", runs))
     base = fitted(Hypothesis.known(Study.of(known, logs, 0.3, 0)))
     columns = Columns(FreeRun.of(base, base.recording))
     assert columns.starts.shape[3] == 0 and len(columns.own.prior) == 2

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import unmodelled
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, write_runs
 
 Array = NDArray[np.float64]
 

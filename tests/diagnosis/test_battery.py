@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, write_runs
 
 CELL = """
 schema: system/1

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, write_runs
 
 COIL = """
 schema: system/1

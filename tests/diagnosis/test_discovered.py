@@ -9,13 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, system_of, write_runs
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.discovered import DiscoveredLaw, discovered
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepared_for
-from unmodelled.systems.reader import read_system
 
 CART = """
 schema: system/1
@@ -88,8 +87,7 @@ def test_a_law_of_the_library_is_named_as_such(tmp_path: Path) -> None:
 
 def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> None:
     """A spring, which the library's own fit may have missed, begins with the number of the formula."""
-    (tmp_path / "cart.yaml").write_text(CART)
-    system = read_system(tmp_path / "cart.yaml")
+    system = system_of(CART, tmp_path)
     logs = read_logs(record(tmp_path / "logs", lambda x, v: 25.0 * x), system)
     search = EffectSearch(Study.of(system, prepared_for(system, logs), 0.5, 0))
     found = {h.effects[-1].key[:2]: start for h, start in discovered(search.base, search.few)}

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, write_runs
 from unmodelled.api.answer import Answer
 
 pytestmark = pytest.mark.long

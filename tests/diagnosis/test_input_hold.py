@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import unmodelled
+from tests.machines.folders import diagnosed, write_runs
 
 MOTOR = """
 schema: system/1
@@ -29,9 +29,8 @@ PERIOD, SAMPLES, RUNS, SUBSTEPS = 2e-3, 400, 6, 10
 
 def logs(folder: Path, held: bool) -> Path:
     """Runs of a motor with dry friction whose current is as fast as a sample."""
-    rng, rows = np.random.default_rng(4), []
-    folder.mkdir()
-    for run in range(RUNS):
+    rng, tables = np.random.default_rng(4), []
+    for _ in range(RUNS):
         t = PERIOD * np.arange(SAMPLES)
         square = np.sign(np.sin(2 * np.pi * rng.uniform(2.0, 5.0) * t))
         u = rng.uniform(4.0, 10.0) * np.sin(2 * np.pi * rng.uniform(0.5, 2.0) * t) + 3.0 * square
@@ -44,18 +43,14 @@ def logs(folder: Path, held: bool) -> Path:
                 x = x + h * np.array([(volts - 1.1 * x[0] - 0.05 * x[1]) / 2e-3, torque / 1.5e-4])
         i, w = np.array(seen).T
         noisy = {"i": i + 0.01 * rng.normal(size=SAMPLES), "w": w + 0.1 * rng.normal(size=SAMPLES)}
-        pd.DataFrame({"t": t, "u": u, **noisy}).to_csv(folder / f"run{run}.csv", index=False)
-        rows.append({"id": f"run{run}", "file": f"run{run}.csv"})
-    pd.DataFrame(rows).to_csv(folder / "experiments.csv", index=False)
-    return folder
+        tables.append({"t": t, "u": u, **noisy})
+    return write_runs(folder, tables)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("held", [True, False], ids=["held", "straight"])
 def test_the_course_of_an_input_is_chosen_and_nothing_stands_in_for_it(tmp_path: Path, held: bool) -> None:
-    (tmp_path / "motor.yaml").write_text(MOTOR)
-    known = unmodelled.read_system(tmp_path / "motor.yaml")
-    answer = unmodelled.diagnose(known, unmodelled.read_logs(logs(tmp_path / "logs", held), known))
+    answer = diagnosed(tmp_path, MOTOR, logs(tmp_path / "logs", held))
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "coulomb_friction", "shaft")
     assert effect.parameters["F_c"]["value"] == pytest.approx(0.012, rel=0.03)

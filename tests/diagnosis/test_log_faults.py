@@ -18,7 +18,7 @@ from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
 from tests.diagnosis.benches import pendulum
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import system_of, write_runs
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
@@ -224,8 +224,7 @@ def test_inertia_and_friction_are_no_wrong_clock(
             q = q + 5e-4 * w
     noisy = np.array(seen).T + 1e-4 * rng.standard_normal((6, 1000))
     tables = [pd.DataFrame({"t": clock * t, "T": T[k], "q": noisy[k]}) for k in range(6)]
-    (tmp_path / "system.yaml").write_text(WHEEL)
-    system = read_system(tmp_path / "system.yaml")
+    system = system_of(WHEEL, tmp_path)
     logs = read_logs(write_runs(tmp_path / "logs", tables), system)
     found = log_faults(system, logs, default_horizon(logs))
     assert [fault.problem for fault in found] == ["clock"] * (dry == 0.0)

@@ -9,11 +9,9 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.diagnoses import Said, told
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import logs_of, system_of
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.effects.place import Place
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 FAN = """
 schema: system/1
@@ -48,9 +46,8 @@ def test_the_other_end_is_listed_where_it_predicts_as_well(
                 lag += 5e-4 * ((w if family == "sensor_lag" else volts) - lag) / 0.06
         noisy = np.array(seen) + 0.02 * rng.standard_normal(len(U))
         tables.append(pd.DataFrame({"t": 0.01 * np.arange(len(U)), "U": U, "w": noisy}))
-    (tmp_path / "system.yaml").write_text(FAN.replace("DRY", str(dry)))
-    system = read_system(tmp_path / "system.yaml")
-    logs = read_logs(write_runs(tmp_path / "logs", tables), system)
+    system = system_of(FAN.replace("DRY", str(dry)), tmp_path)
+    logs = logs_of(system, tmp_path / "logs", tables)
     place, time, switch = ENDS[family]
     before = told(system, logs, Said(family, place, {time: 0.06, switch: 1.0}))
     (effect,) = with_moved_lags(before).effects
@@ -62,8 +59,7 @@ def test_the_other_end_is_listed_where_it_predicts_as_well(
 def test_other_effects_stay_as_they_are(tmp_path: Path) -> None:
     t = 0.01 * np.arange(200)
     table = pd.DataFrame({"t": t, "U": np.sin(3.0 * t), "w": np.sin(3.0 * t - 0.5)})
-    (tmp_path / "system.yaml").write_text(FAN.replace("DRY", "0.1"))
-    system = read_system(tmp_path / "system.yaml")
-    logs = read_logs(write_runs(tmp_path / "logs", [table] * 4), system)
+    system = system_of(FAN.replace("DRY", "0.1"), tmp_path)
+    logs = logs_of(system, tmp_path / "logs", [table] * 4)
     before = told(system, logs, Said("viscous_friction", Place("port", "shaft"), {"d": 0.1}))
     assert with_moved_lags(before) is before

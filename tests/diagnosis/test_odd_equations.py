@@ -8,10 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import logs_of, system_of
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 TANK = """
 schema: system/1
@@ -43,9 +41,8 @@ def test_windows_without_a_value_take_no_finer_steps(tmp_path: Path, law: str, d
             levels.append(h)
             h += 0.5 * (inflow - 0.02 * np.sqrt(19.62 * max(h - 0.05, 0.0))) / 0.5
         tables.append(pd.DataFrame({"t": t, "q": q, "h": levels + 1e-3 * rng.standard_normal(240)}))
-    (tmp_path / "system.yaml").write_text(TANK.replace("LAW", law))
-    system = read_system(tmp_path / "system.yaml")
-    found = free_runs(system, read_logs(write_runs(tmp_path / "logs", tables), system), horizon=20.0)
+    system = system_of(TANK.replace("LAW", law), tmp_path)
+    found = free_runs(system, logs_of(system, tmp_path / "logs", tables), horizon=20.0)
     assert any("diverged" in note for note in found.notes) is diverges
     assert found.substeps <= 8
     assert not any("has not converged" in note for note in found.notes)

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import logs_of, system_of, write_runs
 from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.next_experiment import planned
 from unmodelled.diagnosis.data.result import JudgedModel
@@ -20,7 +20,7 @@ from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.opposite import opposite_ports, with_ports_between
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepare
-from unmodelled.systems.model import System, symbol
+from unmodelled.systems.model import symbol
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
@@ -88,16 +88,10 @@ def lacking(folder: Path, effort: Effort) -> Corrections:
             x.append(now)
         seen = np.array(x)[:, [0, 2]] + NOISE * rng.standard_normal((SAMPLES, 2))
         tables.append(pd.DataFrame({"t": t, "u": u, "q1": seen[:, 0], "q2": seen[:, 1]}))
-    write_runs(folder / "logs", tables)
-    known = written(folder, TWO_MASSES)
-    logs = prepare(known, read_logs(folder / "logs", known))
+    known = system_of(TWO_MASSES, folder)
+    logs = prepare(known, logs_of(known, folder / "logs", tables))
     model = JudgedModel("known", known, logs, free_runs(known, logs, HORIZON))
     return Corrections.of(model, HORIZON, Sensors(logs))
-
-
-def written(folder: Path, text: str) -> System:
-    (folder / "system.yaml").write_text(text)
-    return read_system(folder / "system.yaml")
 
 
 def test_a_torque_between_two_masses_gives_a_port_between_them(tmp_path: Path) -> None:
@@ -189,7 +183,7 @@ def test_heat_between_two_rooms_is_named_without_a_port_in_the_file(tmp_path: Pa
         columns = dict(zip(("Q1", "Q2", "T1", "T2"), np.hstack([Q, seen]).T, strict=True))
         tables.append(pd.DataFrame({"t": np.arange(float(n)), **columns}))
     write_runs(tmp_path / "logs", tables)
-    known = written(tmp_path, ROOMS.replace("unit: W}", "unit: W, hold: true}", 2))
+    known = system_of(ROOMS.replace("unit: W}", "unit: W, hold: true}", 2), tmp_path)
     answer = diagnose(known, read_logs(tmp_path / "logs", known))
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "linear_loss", "left_right")

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import unmodelled as um
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import write_runs
 
 FAN = """
 schema: system/1

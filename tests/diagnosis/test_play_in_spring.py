@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import write_runs
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import write_runs
 from unmodelled.base.files import read_json
 
 ARM = """<mujoco><option timestep="0.001"/><worldbody>

@@ -9,14 +9,13 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
 from tests.diagnosis.studies import effect
+from tests.machines.folders import diagnosed, system_of, write_runs
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepared_for
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -79,8 +78,7 @@ def _record(folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def carts(tmp_path_factory: pytest.TempPathFactory) -> Study:
     folder = tmp_path_factory.mktemp("carts")
-    (folder / "carts.yaml").write_text(_text())
-    system = read_system(folder / "carts.yaml")
+    system = system_of(_text(), folder)
     return Study.of(system, prepared_for(system, read_logs(_record(folder / "logs"), system)), 0.5, 0)
 
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.machines.folders import diagnosed, write_runs
 
 pytestmark = pytest.mark.long
 Random = np.random.Generator

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.machines.folders import system_of
 from unmodelled.base.wording import part_of
 from unmodelled.diagnosis.answer.sentences import numbers_of
 from unmodelled.diagnosis.answer.summary import _effect
@@ -21,7 +22,6 @@ from unmodelled.report.answers import _main_amount
 from unmodelled.report.diagnosis_tables import parameter_tables, units_table
 from unmodelled.report.headline import main_number, outcome
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 #: A turntable on a gear: current in mA, angle in degrees, speed in rpm.
 TABLE = """
@@ -60,11 +60,6 @@ dynamics: {T: (P*valve - q)/C}
 BOILER_F = BOILER.replace("degC", "degF").replace(
     'inputs: {valve: {unit: "%"}}', 'inputs: {valve: {unit: "%"}, hall: {unit: degF}}'
 )
-
-
-def read(folder: Path, text: str) -> System:
-    (folder / "system.yaml").write_text(text)
-    return read_system(folder / "system.yaml")
 
 
 def found(
@@ -182,7 +177,7 @@ def test_an_effect_is_told_in_the_words_of_the_trade(
     words: str,
     where: str,
 ) -> None:
-    one = found(read(tmp_path, text), family, variant, place, numbers)
+    one = found(system_of(text, tmp_path), family, variant, place, numbers)
     told = content(one)
     assert told["text"].replace("\xa0", " ") == words
     for name, value in numbers.items():  # what is stored stays in SI units
@@ -239,7 +234,7 @@ def test_an_effect_is_told_in_the_words_of_the_trade(
 def test_an_offset_is_in_the_unit_of_its_column(
     tmp_path: Path, text: str, family: str, place: Place, numbers: dict[str, float], line: str
 ) -> None:
-    one = found(read(tmp_path, text), family, "", place, numbers)
+    one = found(system_of(text, tmp_path), family, "", place, numbers)
     assert list(numbers_of(content(one))) == [line]
     number = main_number(content(one))
     assert (
@@ -252,7 +247,7 @@ def test_an_offset_is_in_the_unit_of_its_column(
 
 def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
     numbers = {"m_b": 3.57, "omega_f": 2 * pi * 12.4, "zeta": 0.06}
-    one = found(read(tmp_path, SLIDE), "flexible_transmission", "part", Place("port", "belt"), numbers)
+    one = found(system_of(SLIDE, tmp_path), "flexible_transmission", "part", Place("port", "belt"), numbers)
     assert list(numbers_of(content(one))) == [
         "m_b = 3.57 of 5 kg (95 % interval 3.213 to 3.927), behind it",
         "omega_f/(2*pi) = 12.4 Hz (95 % interval 11.16 to 13.64), resonance",
@@ -268,13 +263,13 @@ def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
 
 def test_the_speed_of_a_stribeck_curve_is_in_the_unit_of_the_speed_sensor(tmp_path: Path) -> None:
     place = PORT
-    one = found(read(tmp_path, TABLE), "stribeck_friction", "", place, {"v_s": pi / 10})
+    one = found(system_of(TABLE, tmp_path), "stribeck_friction", "", place, {"v_s": pi / 10})
     assert list(numbers_of(content(one))) == ["v_s = 3 rpm (95 % interval 2.7 to 3.3)"]
 
 
 def test_a_number_that_the_logs_leave_open_is_in_no_phrase(tmp_path: Path) -> None:
     one = found(
-        read(tmp_path, BOILER),
+        system_of(BOILER, tmp_path),
         "linear_loss",
         "to_surroundings",
         Place("port", "wall"),
@@ -296,7 +291,7 @@ def test_a_number_that_the_logs_leave_open_is_in_no_phrase(tmp_path: Path) -> No
 def test_errors_are_in_the_units_of_the_columns(
     tmp_path: Path, text: str, output: int, shown: tuple[str, float]
 ) -> None:
-    item = read(tmp_path, text).outputs[output]
+    item = system_of(text, tmp_path).outputs[output]
     unit, factor = shown
     off = Off(item.unit, 0.5, None, item.as_difference)
     assert off.as_logged.unit == unit and off.as_logged.at_horizon == pytest.approx(0.5 * factor)

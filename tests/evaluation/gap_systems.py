@@ -7,11 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from unmodelled.logs.folder import read_logs
+from tests.machines.folders import logs_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
@@ -40,12 +39,6 @@ dynamics:
 """
 
 
-def system_of(text: str, folder: Path) -> System:
-    """Written to `folder` and read."""
-    (folder / "system.yaml").write_text(text)
-    return read_system(folder / "system.yaml")
-
-
 def clock(n: int, period: float = 0.002) -> Array:
     """Times of `n` samples, s."""
     return np.asarray(np.arange(n) * period)
@@ -64,19 +57,6 @@ def truth(rate: Rate, t: Array, u: Array, x0: list[float]) -> Array:
 
     found = solve_ivp(f, (t[0], t[-1]), x0, "DOP853", t, rtol=1e-10, atol=1e-12, max_step=t[1] - t[0])
     return np.asarray(found.y.T)
-
-
-def logs_of(
-    system: System, folder: Path, experiments: list[dict[str, Array]], **columns: list[float]
-) -> Logs:
-    """Written as a log folder and read back."""
-    ids = [f"run{i}" for i in range(len(experiments))]
-    folder.mkdir(exist_ok=True)
-    for name, log in zip(ids, experiments, strict=True):
-        pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
-    table = {"id": ids, "file": [f"{name}.csv" for name in ids], **columns}
-    pd.DataFrame(table).to_csv(folder / "experiments.csv", index=False)
-    return read_logs(folder, system)
 
 
 def swing(friction: float = 0.0) -> Rate:

@@ -17,13 +17,12 @@ from tests.evaluation.gap_systems import (
     SYSTEMS,
     clock,
     drive,
-    logs_of,
     pendulum_logs,
     sled_logs,
     swing,
-    system_of,
     truth,
 )
+from tests.machines.folders import logs_of, system_of
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.free_runs import free_runs

@@ -9,18 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.evaluation.gap_systems import (
-    PENDULUM,
-    SLED,
-    clock,
-    drive,
-    logs_of,
-    pendulum_logs,
-    sled_logs,
-    swing,
-    system_of,
-    truth,
-)
+from tests.evaluation.gap_systems import PENDULUM, SLED, clock, drive, pendulum_logs, sled_logs, swing, truth
+from tests.machines.folders import logs_of, system_of
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.evaluation.compiled_free_run import free_run
-from tests.evaluation.gap_systems import PENDULUM, clock, drive, logs_of, swing, system_of, truth
+from tests.evaluation.gap_systems import PENDULUM, clock, drive, swing, truth
+from tests.machines.folders import logs_of, system_of
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.engine.free_run import Integration

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import unmodelled as um
-from tests.evaluation.gap_systems import clock, logs_of, system_of
+from tests.evaluation.gap_systems import clock
+from tests.machines.folders import logs_of, system_of
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
 from unmodelled.logs.logs import Logs

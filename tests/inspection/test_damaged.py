@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import unmodelled as um
 from tests.inspection import faults
 from tests.inspection.machines import PENDULUM, SCREW, Machine
+from tests.machines.folders import system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_faults import without_copies
@@ -82,8 +83,7 @@ DAMAGED = {
 
 
 def found(machine: Machine, frames: Frames, folder: Path) -> tuple[System, Logs, tuple[LogFault, ...]]:
-    (folder / "system.yaml").write_text(machine.system)
-    system = um.read_system(folder / "system.yaml")
+    system = system_of(machine.system, folder)
     logs = Logs.from_frames(frames, system)
     return without_copies(system, logs, default_horizon(logs))
 
@@ -123,8 +123,7 @@ def test_a_faultless_twin_is_diagnosed(twin: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("garbage", [0.0, 2.0])
 def test_garbage_does_not_change_the_effect(garbage: float, tmp_path: Path) -> None:
     """The dry friction of the pendulum is named with and without spikes in its angle."""
-    (tmp_path / "system.yaml").write_text(SWING.system)
-    system = um.read_system(tmp_path / "system.yaml")
+    system = system_of(SWING.system, tmp_path)
     frames = SWING.frames(4, runs=6, samples=800)
     logs = Logs.from_frames(faults.spiked(frames, "phi", garbage) if garbage else frames, system)
     assert any("spikes" in note for note in logs.notes) == bool(garbage)

@@ -38,6 +38,8 @@ ROOT = Path(__file__).parents[2]
 #: Models of any system build on one of these files of conf/training/.
 TRAINING = re.compile(r"/training@_here_: (one_step|multi_step|shooting)\n")
 MODELS = [name for name, file in PROGRAM.groups()["model"].items() if TRAINING.search(file.read_text())]
+#: Models that the quick tests train: none, one and two networks, one step at a time and over windows.
+QUICK = {"physics", "black_box", "nnap_split"}
 TINY = ["epochs=2", "recurrent_epochs=2", "window_epochs=2", "shooting_epochs=4"]
 
 
@@ -83,7 +85,9 @@ def fitted(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, seed: 
 PLAIN = AugmentedRecipe(one_per_port(hidden=8), Windows(5, 6, batch=64), method="rk4", hold=1.0)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in MODELS]
+)
 def test_every_model_trains_saves_loads_and_simulates(
     name: str, slider: tuple[System, Logs], tmp_path: Path
 ) -> None:

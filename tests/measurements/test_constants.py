@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.machines.folders import system_of
 from tests.measurements.systems import motor, run, write_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
@@ -57,8 +58,7 @@ dynamics: {T: (P - k*(T - T_out) - k*(T - T_wall))/C}
 
 
 def test_a_constant_may_have_the_unit_of_its_column(tmp_path: Path) -> None:
-    (tmp_path / "room.yaml").write_text(ROOM)
-    system = read_system(tmp_path / "room.yaml")
+    system = system_of(ROOM, tmp_path)
     log = {"t": np.arange(60) * 10.0, "P": np.sin(np.arange(60)), "T": 20.0 + np.cos(np.arange(60))}
     logs = read_logs(write_folder(tmp_path / "logs", {"a": log, "b": log}, T_out=[5.0, -3.0]), system)
     np.testing.assert_allclose(logs.c, [[278.15, 283.15], [270.15, 293.15]])

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from tests.diagnosis.run_folder import write_runs
+from tests.machines.folders import system_of, write_runs
 from unmodelled import diagnose
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.free_runs import free_runs
@@ -20,7 +20,6 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, several
 from unmodelled.systems.model import Port, System, symbol
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 PERIOD, SAMPLES, PARTS = 2.0, 1800, 6
@@ -119,8 +118,7 @@ def signals(machine: Machine) -> tuple[Array, Array, Array]:
 def read(folder: Path, machine: Machine, mapping: str = "", lost: slice = slice(0, 0)) -> tuple[System, Logs]:
     t, u, y = signals(machine)
     text = machine.text.replace("unit: W}", "unit: W, hold: true}").replace("m^3/s}", "m^3/s, hold: true}")
-    (folder / "system.yaml").write_text(text)
-    system = read_system(folder / "system.yaml")
+    system = system_of(text, folder)
     kept = np.delete(np.arange(SAMPLES), lost)
     table = pd.DataFrame({"t": t, "u": u, "y": y}).iloc[kept]
     table.to_csv(folder / "record.csv", index=False)

@@ -13,6 +13,7 @@ import pytest
 import sympy as sp
 
 from pipeline.rigs.clutch import ClutchCampaign
+from tests.machines.folders import logs_of
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.events import event_times
 from unmodelled.logs.folder import read_logs
@@ -78,13 +79,8 @@ def ball(event: Event) -> System:
 
 def falls(folder: Path, system: System, heights: dict[str, np.ndarray], period: float = 0.002) -> Logs:
     """A log folder of measured heights."""
-    folder.mkdir()
-    for name, height in heights.items():
-        table = pd.DataFrame({"t": np.arange(len(height)) * period, "height": height})
-        table.to_csv(folder / f"{name}.csv", index=False)
-    files = [f"{name}.csv" for name in heights]
-    pd.DataFrame({"id": list(heights), "file": files}).to_csv(folder / "experiments.csv", index=False)
-    return read_logs(folder, system)
+    tables = [{"t": np.arange(len(height)) * period, "height": height} for height in heights.values()]
+    return logs_of(system, folder, tables, id=list(heights))
 
 
 def height(top: float, period: float = 0.002, duration: float = 1.0) -> np.ndarray:

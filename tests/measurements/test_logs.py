@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.machines.folders import system_of
 from tests.measurements.systems import motor, omega, run, theta, write_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
@@ -95,8 +96,7 @@ def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
         "parameters:\n  C: {value: 2000, unit: J/K}\n  E: {value: 1000, unit: J}\n"
         "dynamics: {T: P/C, phi: n, n: -n*P/E}\n"
     )
-    (tmp_path / "oven.yaml").write_text(text)
-    known = read_system(tmp_path / "oven.yaml")
+    known = system_of(text, tmp_path)
     assert [o.unit for o in known.outputs] == ["K", "rad", "rad/s"] and known.inputs[0].unit == "W"
     t, rng = 0.01 * np.arange(100), np.random.default_rng(0)
     seen = {"t": t, **{name: np.cumsum(rng.normal(size=100)) for name in ("power", "T", "phi", "n")}}

@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from tests.machines.folders import system_of
 from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 CRANE = """
@@ -44,8 +44,7 @@ def test_commands_are_read_as_smooth_as_they_are(command: object, error: float, 
         'schema: mapping/1\nfiles: ["*/"]\ntime: {column: t, unit: s}\n'
         "signals: {x: {column: sensor.x, unit: m}, r: {column: drive.r, unit: m}}\n"
     )
-    (tmp_path / "system.yaml").write_text(CRANE)
-    logs = read_logs(tmp_path, read_system(tmp_path / "system.yaml"))
+    logs = read_logs(tmp_path, system_of(CRANE, tmp_path))
     u = logs.u[:, 0]
     if command is smooth:
         assert (

@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.diagnosis.diagnoses import Said, added_to, diagnosis, known, told
 from tests.diagnosis.test_battery import CELL, record
+from tests.machines.folders import system_of
 from unmodelled.diagnosis.answer.live import live
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
@@ -30,7 +31,6 @@ from unmodelled.effects.sensor_gain import SensorGain
 from unmodelled.effects.sensor_lag import SensorLag
 from unmodelled.logs.folder import read_logs
 from unmodelled.report.rendering import STATIC
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -112,8 +112,7 @@ def test_effects_together(together: list[Effect], tmp_path: Path, page: Page) ->
 
 
 def test_a_state_that_an_output_shows_beside_a_memory(tmp_path: Path, page: Page) -> None:
-    (tmp_path / "system.yaml").write_text(CELL)
-    system = read_system(tmp_path / "system.yaml")
+    system = system_of(CELL, tmp_path)
     logs = read_logs(record(tmp_path / "logs", (0.5, 0.6, 0.7, 0.8)), system)
     branch = Said("rc_branch", Place("sensor", "v"), {"R_1": -0.018, "tau_1": 40.0})
     assert_same_runs(page, told(system, logs, branch))

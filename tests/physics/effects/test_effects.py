@@ -12,6 +12,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 
 from tests.every import every
+from tests.machines.folders import system_of
 from tests.physics.effects.benches import (
     Case,
     at_place,
@@ -169,8 +170,7 @@ def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> No
         "outputs: {x: {unit: 1}}\nparameters: {b: {value: 2.0, unit: 1, identify: true}}\n"
         "ports: {rail: {effort: F, unit: 1, position: x, velocity: v}}\ndynamics: {x: v, v: u - b*v - F}\n"
     )
-    (tmp_path / "plain.yaml").write_text(text)
-    plain = read_system(tmp_path / "plain.yaml")
+    plain = system_of(text, tmp_path)
     sizes = measured(plain)
     for effect in effects():
         for place in effect.places(plain):
