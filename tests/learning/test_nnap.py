@@ -56,8 +56,14 @@ def without_physics(system: System) -> Augmented:
     return black_box(4, names_of(system))(system, ()).structure
 
 
+#: Systems of the quick tests: one port, and two bodies.
+QUICK = {"pendulum", "coupling"}
+
+
 @pytest.mark.parametrize("build", [alone, with_networks, split, without_physics])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in NAMES]
+)
 def test_compiled_free_run_equals_reference(name: str, build: Build) -> None:
     given = problem(build(built_in(name)))
     for how in INTEGRATIONS:

@@ -14,9 +14,10 @@ from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write
 from unmodelled.base.files import read_json
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("robot", "given"),
-    [pytest.param(MJCF, GIVEN_ROTOR, id="mjcf"), pytest.param(URDF, 0.0, id="urdf", marks=pytest.mark.long)],
+    [pytest.param(MJCF, GIVEN_ROTOR, id="mjcf"), pytest.param(URDF, 0.0, id="urdf")],
 )
 def test_planted_friction_and_rotor_are_in_the_file_that_the_user_gets_back(
     robot: str, given: float, tmp_path: Path

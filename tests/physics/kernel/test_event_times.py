@@ -64,6 +64,7 @@ def samples(n: int, seed: int = 0) -> Array:
     return np.clip(draws, [0.7, 0.4], [1.3, 1.15])
 
 
+@pytest.mark.long
 def test_clutch_equals_reference() -> None:
     """With steps of one period; the kernel takes half as long ones for pressure and piston."""
     found = of(clutch(), CLUTCH, UNCERTAIN, engagements(), PERIOD)(samples(2))
