@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.diagnosis.test_told import BOILER, BOILER_F, PORT, SLIDE, TABLE, found, read
+from tests.diagnosis.test_told import BOILER, BOILER_F, PORT, SLIDE, TABLE, found
+from tests.machines.folders import system_of
 from unmodelled.api.learned_laws import _errors as learned_errors
 from unmodelled.api.simulation import _errors as simulated_errors
 from unmodelled.diagnosis.answer.column_units import (
@@ -54,14 +55,14 @@ CHANNELS = {
 def test_a_coordinate_has_the_unit_of_the_column_that_shows_it(
     tmp_path: Path, text: str, name: str, unit: str | None, one: float, zero: float
 ) -> None:
-    shown = axis_unit(read(tmp_path, text), name)
+    shown = axis_unit(system_of(text, tmp_path), name)
     assert (shown and shown.text) == unit
     if shown is not None:
         np.testing.assert_allclose(shown.to_si(np.array([0.0, 1.0])), [zero, one], atol=1e-12)
 
 
 def test_corrections_and_laws_are_in_these_units(tmp_path: Path) -> None:
-    system = read(tmp_path, TABLE)
+    system = system_of(TABLE, tmp_path)
     about = channels_in_columns(system, CHANNELS)
     assert [about["gear"][k]["unit"] for k in ("level", "rate", "acceleration")] == ["deg", "rpm", "rpm/s"]
     assert (about["gear"]["unit"], about["actuator:i"]["unit"]) == ("N m", "mA")
@@ -90,14 +91,14 @@ def test_corrections_and_laws_are_in_these_units(tmp_path: Path) -> None:
 
 def test_regions_are_in_these_units(tmp_path: Path) -> None:
     row = {"signal": "T", "low": 300.15, "high": 310.15, "share": 0.4}
-    (region,) = regions_in_columns(read(tmp_path, BOILER), [row])
+    (region,) = regions_in_columns(system_of(BOILER, tmp_path), [row])
     assert (region["low"], region["high"], region["share"]) == pytest.approx((27.0, 37.0, 0.4))
     other = {"signal": "nothing", "low": 1.0, "high": 2.0, "share": 0.4}
-    assert regions_in_columns(read(tmp_path, BOILER), [other]) == [other]
+    assert regions_in_columns(system_of(BOILER, tmp_path), [other]) == [other]
 
 
 def test_the_page_shows_outputs_in_the_units_of_their_columns(tmp_path: Path) -> None:
-    system = read(tmp_path, BOILER)
+    system = system_of(BOILER, tmp_path)
     t = 0.5 * np.arange(120)
     frame = pd.DataFrame({"t": t, "valve": 50.0 + 10.0 * np.sin(t), "T": 20.0 + np.sin(0.1 * t)})
     logs = Logs.from_frames({"a": frame, "b": frame}, system)
@@ -109,7 +110,7 @@ def test_the_page_shows_outputs_in_the_units_of_their_columns(tmp_path: Path) ->
     assert (drawn["inputs"][0]["unit"], drawn["outputs"][0]["unit"]) == ("%", "degC")
     assert _scale("x", system.outputs[0].as_written) == {"x_unit": "degC", "x_scale": [1.0, 273.15]}
     assert _scale("y", system.outputs[0].as_difference) == {}
-    plain = read(tmp_path, SLIDE)
+    plain = system_of(SLIDE, tmp_path)
     assert about_machine(plain)["outputs"] == [{"name": "x", "unit": "m"}]
 
 
@@ -140,7 +141,7 @@ def test_a_slider_says_its_number_as_the_sentences_do(
     value: float,
     expected: tuple[str, str, float],
 ) -> None:
-    one = found(read(tmp_path, text), *effect, place, {name: value})
+    one = found(system_of(text, tmp_path), *effect, place, {name: value})
     said = _as_said(one.added, name)["said"]
     assert (said["symbol"], said["unit"]) == expected[:2]
     assert said["slope"] * value + said["shift"] == pytest.approx(expected[2])
@@ -149,11 +150,11 @@ def test_a_slider_says_its_number_as_the_sentences_do(
 def test_pages_of_a_training_and_of_a_simulation_say_errors_in_the_units_of_the_columns(
     tmp_path: Path,
 ) -> None:
-    item = read(tmp_path, TABLE).outputs[0]
+    item = system_of(TABLE, tmp_path).outputs[0]
     off = Off("rad", pi / 180, None, item.as_difference)
     for entry in (simulated_errors(off), learned_errors(off, off)):
         assert (entry["unit"], entry["known"]) == ("rad", pi / 180)
         assert as_said(entry)["unit"] == "deg" and as_said(entry)["known"] == pytest.approx(1.0)
-    plain = Off("m", 0.1, 0.2, read(tmp_path, SLIDE).outputs[0].as_difference)
+    plain = Off("m", 0.1, 0.2, system_of(SLIDE, tmp_path).outputs[0].as_difference)
     assert as_said(simulated_errors(plain)) == {"unit": "m", "known": 0.1, "known_whole_run": 0.2}
     assert learned_errors(plain, plain)["formulas_whole_run"] == 0.2
