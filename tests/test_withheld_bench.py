@@ -153,6 +153,7 @@ def test_any_first_part_of_the_virtual_cases_has_all_kinds(tmp_path: Path) -> No
     assert [still[12].name[:4], {one.kind for one in still}] == ["7001", {"single", "null"}]
 
 
+@pytest.mark.long
 def test_a_wrong_number_is_in_the_file_and_the_truth_is_apart(tmp_path: Path) -> None:
     (case,) = cases_of("number:7:1", tmp_path)
     case.make()
@@ -171,6 +172,7 @@ def test_a_wrong_number_is_in_the_file_and_the_truth_is_apart(tmp_path: Path) ->
     assert given[name] * factor == pytest.approx(known[name])
 
 
+@pytest.mark.long
 def test_wrong_logs_differ_from_their_twin_where_the_truth_says_so(tmp_path: Path) -> None:
     one, twin = cases_of("wrong_logs:7:2", tmp_path)
     for each in (one, twin):
@@ -268,6 +270,7 @@ def test_a_bad_answer_is_one_line(tmp_path: Path, text: str, said: str) -> None:
     assert str(fault.value).startswith(f"{path}: ") and "\n" not in str(fault.value)
 
 
+@pytest.mark.long
 def test_a_sweep_answers_every_case_once(tmp_path: Path) -> None:
     """The command of the manual, from Hydra to the rows."""
     script = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"

@@ -206,7 +206,7 @@ def checkpoint_cases(folder: Path, drives: Campaign, jumps: Campaign) -> dict[st
     system = read_system(SYSTEMS / "pendulum.yaml")
     PendulumCampaign(runs=2, duration=1.0).write(folder / "swings", 0)
     swings = read_logs(folder / "swings", system)
-    recipe = AugmentedRecipe(one_per_port(hidden=4), Windows(5, 1, batch=64), method="rk4", hold=1.0)
+    recipe = AugmentedRecipe(one_per_port(hidden=8), Windows(5, 1, batch=64), method="rk4", hold=1.0)
     recipe.fit(system, swings, leave_one_out(swings.experiments)).save(folder / "hybrid")
 
     inputs = SequenceInputs(("F_dagger",), ("m",))
