@@ -75,9 +75,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_bars_on_a_terminal_one_within_another(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_bars_on_a_terminal_one_within_another(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("EXP_PROGRESS", raising=False)
     monkeypatch.setenv("TERM", "xterm")
     shown = Terminal()

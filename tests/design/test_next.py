@@ -72,12 +72,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_runs(folder / "logs", tables)
     errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4}
     friction = {"family": "coulomb_friction", "port": "rail"}
-    load = {
-        "family": "constant_load",
-        "port": "rail",
-        "parameters": {},
-        "indistinguishable": [friction],
-    }
+    load = {"family": "constant_load", "port": "rail", "parameters": {}, "indistinguishable": [friction]}
     answer: dict[str, Any] = {
         "schema": SCHEMA,
         "system": "cart",

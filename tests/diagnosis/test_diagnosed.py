@@ -261,9 +261,7 @@ def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
     assert again.hypothesis.key == drag.key and search.found[drag.key].fitted is again
 
 
-def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(
-    friction: Diagnosis,
-) -> None:
+def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(friction: Diagnosis) -> None:
     search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2)
     friction_alone = search.base.hypothesis.plus(effect("coulomb_friction"), JOINT)
     both = friction_alone.plus(effect("constant_load"), JOINT)

@@ -32,10 +32,7 @@ def named(folder: Path, bench: Bench) -> tuple[EffectSearch, list[tuple[str, str
         (Bench(samples=400), [("coulomb_friction", "joint")]),
         (Bench(samples=400, friction=0.0, dead_zone=0.05), [("actuator_dead_zone", "actuator:torque")]),
         (Bench(samples=400, friction=0.0), []),
-        (
-            Bench(samples=400, gain=1.1),
-            [("coulomb_friction", "joint"), ("sensor_gain", "sensor:theta")],
-        ),
+        (Bench(samples=400, gain=1.1), [("coulomb_friction", "joint"), ("sensor_gain", "sensor:theta")]),
     ],
     ids=["friction", "dead zone", "nothing", "friction and gain"],
 )

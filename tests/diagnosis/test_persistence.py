@@ -56,11 +56,7 @@ def sines(rate: float, samples: int = 2000, size: float = 1.0, level: float = 0.
 
 
 @settings(max_examples=20, deadline=None)
-@given(
-    rate=st.floats(0.01, 0.05),
-    size=st.floats(1e-6, 1e6),
-    level=st.floats(-1e3, 1e3),
-)
+@given(rate=st.floats(0.01, 0.05), size=st.floats(1e-6, 1e6), level=st.floats(-1e3, 1e3))
 def test_a_sine_is_predicted_for_a_known_phase(rate: float, size: float, level: float) -> None:
     logs = sines(rate, size=size, level=size * level)
     steps = default_horizon(logs) / logs.period

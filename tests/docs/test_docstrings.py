@@ -15,45 +15,20 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("unmodelled", "pipeline")
 
 #: A description or summary that begins so is part of a sentence that only its author knows.
-FRAGMENTS = {
-    *(
-        "of",
-        "that",
-        "what",
-        "which",
-        "who",
-        "whose",
-        "where",
-        "how",
-        "when",
-        "why",
-        "from",
-        "as",
-        "by",
-        "for",
-    ),
-    *("in", "to", "with", "see", "exists", "it", "they", "also", "those", "these", "this", "whatever"),
-}
+FRAGMENTS = set(
+    re.findall(
+        r"\w+",
+        "of that what which who whose where how when why from as by for in to with see exists it they also "
+        "those these this whatever",
+    )
+)
 #: A summary of a function begins with its verb, so with none of these.
-NOT_VERBS = FRAGMENTS | {
-    *(
-        "a",
-        "an",
-        "the",
-        "all",
-        "any",
-        "both",
-        "each",
-        "every",
-        "like",
-        "one",
-        "some",
-        "two",
-        "whether",
-        "not",
-    ),
-    *("none", "no", "is", "are", "its", "their", "another"),
-}
+NOT_VERBS = FRAGMENTS | set(
+    re.findall(
+        r"\w+",
+        "a an the all any both each every like one some two whether not none no is are its their another",
+    )
+)
 #: An annotation of numbers that have a shape.
 ARRAYS = re.compile(r"\b(?:Array|NDArray|ndarray|Tensor|Ints|Bools|Floats|Indices|Single)\b")
 #: How a shape is told.

@@ -45,10 +45,7 @@ UNITS = ("%", "N m", "mA", "1", "-", "kg m^2/s^2", "N·m", "°", "µm", "degC", 
 
 
 @settings(max_examples=100, deadline=None)
-@given(
-    text=st.text(st.characters(codec="utf-8"), min_size=1),
-    unit=st.sampled_from(UNITS),
-)
+@given(text=st.text(st.characters(codec="utf-8"), min_size=1), unit=st.sampled_from(UNITS))
 def test_any_text_is_read_back(tmp_path_factory: pytest.TempPathFactory, text: str, unit: str) -> None:
     file = tmp_path_factory.mktemp("one") / "mapping.yaml"
     signal = f"{{column: {quoted(text)}, unit: {quoted(unit)}}}"
@@ -126,11 +123,7 @@ def test_the_next_command_can_be_pasted(tmp_path: Path, capsys: pytest.CaptureFi
     init(logs, None, None, None)
     line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("next: "))
     escaped = str(logs).replace("'", "\\'")
-    assert shlex.split(line)[3:] == [
-        f"system='{escaped}/system.yaml'",
-        f"logs='{escaped}'",
-        "out=simulation",
-    ]
+    assert shlex.split(line)[3:] == [f"system='{escaped}/system.yaml'", f"logs='{escaped}'", "out=simulation"]
 
 
 @pytest.mark.parametrize("out", ["raw", "."])

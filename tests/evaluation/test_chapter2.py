@@ -61,10 +61,7 @@ def test_errors_are_apart_inside_and_outside() -> None:
 
 @pytest.mark.parametrize(
     ("inside", "outside", "verdicts"),
-    [
-        (0.2, 5.0, ["holds", "holds"]),
-        (2.0, 0.5, ["does not hold", "does not hold"]),
-    ],
+    [(0.2, 5.0, ["holds", "holds"]), (2.0, 0.5, ["does not hold", "does not hold"])],
 )
 def test_a_verdict_follows_the_numbers(inside: float, outside: float, verdicts: list[str]) -> None:
     static = curve_errors(curves(0.01 * inside, 0.01 * outside), 4.0, 15.0)

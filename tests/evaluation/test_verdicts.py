@@ -116,11 +116,7 @@ def test_claims_of_the_simulation() -> None:
     low, high = rows[0]["interval"]
     assert low < rows[0]["ours"] < high < 1.5
     found = verdicts(claims.simulation(simulated(10, {**MEDIANS, "f_bb": 1.49, "lls": 1.45})))
-    assert found == {
-        "interpolation_alike": DIRECTION,
-        "extrapolation_hybrids": HOLDS,
-        "linear_fails": FAILS,
-    }
+    assert found == {"interpolation_alike": DIRECTION, "extrapolation_hybrids": HOLDS, "linear_fails": FAILS}
 
 
 def test_two_repeats_are_too_few_for_the_claims_of_the_simulation() -> None:

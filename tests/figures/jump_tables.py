@@ -22,11 +22,7 @@ INPUTS = {
     "tau4": ("F_dagger", "h", "h_dot", "h_ddot", *SETTINGS),
 }
 TOLD = (*INPUTS, "bounce", "tau4_bounce")
-FOLDS = {
-    "uniform": ("5%", "30%", "50%"),
-    "factors": ("H", "beta"),
-    "scarce": ("5%",),
-}
+FOLDS = {"uniform": ("5%", "30%", "50%"), "factors": ("H", "beta"), "scarce": ("5%",)}
 LABELS = ("contact", "jump") * 6
 STEPS = 40
 

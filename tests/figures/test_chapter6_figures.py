@@ -85,21 +85,13 @@ def _force(
 
 
 def _simulations(
-    data: Path,
-    experiments: pd.DataFrame,
-    models: dict[str, float],
-    repeats: int,
-    rng: np.random.Generator,
+    data: Path, experiments: pd.DataFrame, models: dict[str, float], repeats: int, rng: np.random.Generator
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Errors and examples, and the measured runs in data/features."""
     t = 0.01 * np.arange(150)
     theta = [v * (t - 0.2 * (1 - np.exp(-t / 0.2))) for v in 2.0 * experiments["V"]]
     omega = [np.gradient(a, t) * (1 + 0.2 * np.sin(a)) for a in theta]
-    signals = {
-        "t": np.tile(t, len(theta)),
-        "theta": np.concatenate(theta),
-        "omega": np.concatenate(omega),
-    }
+    signals = {"t": np.tile(t, len(theta)), "theta": np.concatenate(theta), "omega": np.concatenate(omega)}
     offsets = np.arange(len(theta) + 1, dtype=np.int64) * len(t)
     Campaign(experiments, signals, offsets, {"data": "made up"}).write(data / "features" / "cam_follower")
     errors, examples = [], []

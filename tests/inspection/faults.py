@@ -58,9 +58,7 @@ def emptied(frames: Frames, column: str, count: float, bits: int) -> Frames:
     """Let the counter of a channel fall to zero where it overflows."""
     top = 2 ** (bits - 1) - 1
     return _each(
-        frames,
-        column,
-        lambda v, _: count * np.sign(v) * np.remainder(np.abs(np.round(v / count)), top),
+        frames, column, lambda v, _: count * np.sign(v) * np.remainder(np.abs(np.round(v / count)), top)
     )
 
 
@@ -80,9 +78,7 @@ def _screw(
 ) -> Frames:
     """Return logs of the ball screw with other forces, laws or encoder."""
     machine = replace(
-        SCREW,
-        **({"rates": rates} if rates else {}),
-        logged=lambda x, rng: {"s": rounded(x[0], count)},
+        SCREW, **({"rates": rates} if rates else {}), logged=lambda x, rng: {"s": rounded(x[0], count)}
     )
     rng, t = np.random.default_rng(5), SCREW.period * np.arange(1600)
     u = np.array([force(t, rng) for _ in range(4)])

@@ -117,9 +117,6 @@ def test_a_servo_that_is_logged_rarely_may_be_quick_where_its_goal_jumps() -> No
         goal = 0.1 * np.sin(0.8 * t)
         goal[jumps : jumps + 2] -= 0.06
         values = {"s": s, "goal": goal}
-        signals = (
-            Signal("s", "s", "m", "position"),
-            Signal("goal", "goal", "m", "input"),
-        )
+        signals = (Signal("s", "s", "m", "position"), Signal("goal", "goal", "m", "input"))
         found = inspect(Run("run1", t, values, signals, dict.fromkeys(values, 0.2)))[1]
         assert len([each for each in found if each.channel == "s"]) == spikes

@@ -15,11 +15,7 @@ Array = NDArray[np.float64]
 PERIOD = 0.01
 
 PARAMETERS = BounceParameters(
-    restitution=0.7,
-    contact_compliance=6e-6,
-    shaft_compliance=0.02,
-    guide_coulomb=0.5,
-    guide_viscous=10.0,
+    restitution=0.7, contact_compliance=6e-6, shaft_compliance=0.02, guide_coulomb=0.5, guide_viscous=10.0
 )
 
 

@@ -98,10 +98,7 @@ PENDULUM = built_in("pendulum")
     ],
 )
 def test_bad_inputs_are_named(inputs: list[str], words: str) -> None:
-    for build in (
-        lambda: one_per_port(3, inputs)(PENDULUM, ()),
-        lambda: black_box(3, inputs)(PENDULUM, ()),
-    ):
+    for build in (lambda: one_per_port(3, inputs)(PENDULUM, ()), lambda: black_box(3, inputs)(PENDULUM, ())):
         with pytest.raises(BadInput, match=words) as raised:
             build()
         assert "\n" not in str(raised.value)

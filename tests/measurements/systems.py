@@ -20,12 +20,7 @@ theta, omega, i, V, R, L, k, J, F, m = sp.symbols("theta omega i V R L k J F m",
 
 PARAMETERS = tuple(
     Parameter(name, unit, value)
-    for name, unit, value in [
-        ("R", "ohm", 2.0),
-        ("L", "H", 0.05),
-        ("k", "N m/A", 0.3),
-        ("J", "kg m^2", 0.02),
-    ]
+    for name, unit, value in [("R", "ohm", 2.0), ("L", "H", 0.05), ("k", "N m/A", 0.3), ("J", "kg m^2", 0.02)]
 )
 
 

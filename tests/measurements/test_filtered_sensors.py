@@ -70,9 +70,7 @@ def test_without_the_filter_the_output_is_read_as_it_is(filtered: tuple[System, 
     assert_allclose(tables.x[0, :, 0], logs.y[:, 0])
 
 
-def test_a_state_that_follows_another_one_is_read_from_its_own_output(
-    filtered: tuple[System, Logs],
-) -> None:
+def test_a_state_that_follows_another_one_is_read_from_its_own_output(filtered: tuple[System, Logs]) -> None:
     grown, _ = filtered
     (output,) = grown.outputs
     own = replace(grown, outputs=(replace(output, expression=grown.x[2]),))

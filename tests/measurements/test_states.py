@@ -161,11 +161,7 @@ def started(initial: sp.Expr, other: sp.Expr = sp.S.Zero) -> System:
     system = motor([ANGLE, SPEED])
     current = replace(system.states[2], initial=initial)
     heat = State("H", "A", other)
-    return replace(
-        system,
-        states=(*system.states[:2], current, heat),
-        dynamics=(*system.dynamics, sp.S.Zero),
-    )
+    return replace(system, states=(*system.states[:2], current, heat), dynamics=(*system.dynamics, sp.S.Zero))
 
 
 def test_a_hidden_state_starts_where_its_expression_says(tmp_path: Path) -> None:

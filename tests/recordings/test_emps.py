@@ -100,11 +100,7 @@ def test_the_system_files_fit_a_carriage(folder: Path, tmp_path: Path) -> None:
     ],
 )
 def test_a_damaged_recording_is_named(
-    change: dict[str, Any],
-    complaint: str,
-    folder: Path,
-    recorded: Recordings,
-    tmp_path: Path,
+    change: dict[str, Any], complaint: str, folder: Path, recorded: Recordings, tmp_path: Path
 ) -> None:
     content = {k: v for k, v in {**recorded["plain"], **change}.items() if v is not None}
     savemat(folder / FILES["plain"], content)

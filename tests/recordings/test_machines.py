@@ -266,11 +266,7 @@ def test_a_damaged_file_is_named(
             {"parts": 0},
             r"source\.parts: must be .* from 1 to 600, the samples of .*csv, got 0",
         ),
-        (
-            "cascaded_tanks",
-            {"parts": 2.5},
-            r"source\.parts: must be .* from 1 to 300, .*, got 2\.5",
-        ),
+        ("cascaded_tanks", {"parts": 2.5}, r"source\.parts: must be .* from 1 to 300, .*, got 2\.5"),
     ],
 )
 def test_settings_that_no_recording_has_are_named(

@@ -84,12 +84,7 @@ def test_every_answer_is_listed_and_what_is_none_is_a_note(answers: Path) -> Non
     ]
     assert "KeyError" in found.notes[0] and "not a JSON file" in found.notes[1]
     (line,) = (line for line in repr(found).splitlines() if line.startswith("stage/before"))
-    for part in (
-        "effect found",
-        "14\xa0mm",
-        "0.2\xa0mm",
-        "Coulomb friction at rail: 22.5 N (22.0 to 23.0)",
-    ):
+    for part in ("effect found", "14\xa0mm", "0.2\xa0mm", "Coulomb friction at rail: 22.5 N (22.0 to 23.0)"):
         assert part in line
 
 
@@ -220,10 +215,7 @@ def test_two_answers_are_compared(page: Page) -> None:
     assert page.locator("#compared thead th").all_inner_texts()[1:3] == ["stage/after #2", "stage/before"]
     (apart,) = page.locator("#compared tr.apart").all()
     assert apart.locator("th").inner_text() == "F_c of Coulomb friction at rail (N)"
-    assert apart.locator("td").all_inner_texts()[:2] == [
-        "18.5 N (18.0 to 19.0)",
-        "22.5 N (22.0 to 23.0)",
-    ]
+    assert apart.locator("td").all_inner_texts()[:2] == ["18.5 N (18.0 to 19.0)", "22.5 N (22.0 to 23.0)"]
     page.get_by_label("Compare stage/before", exact=True).press("Space")
     assert page.locator("#compared table").count() == 0
 

@@ -93,10 +93,7 @@ def test_a_bad_campaign_is_refused(
         (["explained=[tau9]"], "explained: unknown tau9, must be one of tau1"),
         (["model=tau4"], "explained: unknown tau1, must be one of tau4"),
         (["model=f_h2"], "model: attribute needs a Family, got a DrivetrainRecipe: choose another model=..."),
-        (
-            ["+groups.other=['sin(theta)']"],
-            "groups: sin\\(theta\\) is in theta and in other",
-        ),
+        (["+groups.other=['sin(theta)']"], "groups: sin\\(theta\\) is in theta and in other"),
     ],
 )
 def test_what_cannot_be_explained_is_refused(

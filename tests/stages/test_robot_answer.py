@@ -16,8 +16,7 @@ from unmodelled.base.files import read_json
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    ("robot", "given"),
-    [pytest.param(MJCF, GIVEN_ROTOR, id="mjcf"), pytest.param(URDF, 0.0, id="urdf")],
+    ("robot", "given"), [pytest.param(MJCF, GIVEN_ROTOR, id="mjcf"), pytest.param(URDF, 0.0, id="urdf")]
 )
 def test_planted_friction_and_rotor_are_in_the_file_that_the_user_gets_back(
     robot: str, given: float, tmp_path: Path

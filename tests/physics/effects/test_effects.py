@@ -13,16 +13,7 @@ from numpy.testing import assert_allclose
 
 from tests.every import every
 from tests.machines.folders import system_of
-from tests.physics.effects.benches import (
-    Case,
-    at_place,
-    cases,
-    evaluated,
-    measured,
-    scales,
-    system,
-    values,
-)
+from tests.physics.effects.benches import Case, at_place, cases, evaluated, measured, scales, system, values
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.contract import check_effect
 from unmodelled.effects.effect import PortEffect

@@ -232,10 +232,7 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
             "include: cannot be followed",
         ),
         (SERVO.replace("<geom", "<body/>" * 1001 + "<geom"), "bodies, at most 1000 are read"),
-        (
-            SERVO.replace("<geom", LINK * 140 + "<geom"),
-            "has 141 joints, at most 128 are read",
-        ),
+        (SERVO.replace("<geom", LINK * 140 + "<geom"), "has 141 joints, at most 128 are read"),
         (
             SERVO.replace("<geom", LINK.replace("</body>", "") * 60 + "</body>" * 60 + "<geom"),
             "has 61 joints between the base and it, at most 50 are read: fix some of them",

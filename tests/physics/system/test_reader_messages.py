@@ -7,15 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.physics.system.hoist import (
-    CONVERTER,
-    HOIST,
-    changed,
-    complaint,
-    complaints,
-    line_of,
-    written,
-)
+from tests.physics.system.hoist import CONVERTER, HOIST, changed, complaint, complaints, line_of, written
 
 
 @pytest.mark.parametrize(
