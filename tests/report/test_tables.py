@@ -43,6 +43,9 @@ def test_an_interval_sets_the_digits() -> None:
     assert quantity(-41.23, [-48.3, -35.1]) == ("−41", "−48 to −35")
     assert quantity(3.0, [3.0, 3.0]) == ("3", "3 to 3")
     assert quantity(None, None) == ("–", "")
+    # 0 would say that there is none
+    assert quantity(0.3232, [0.0845, 20.31]) == ("0.32", "0.085 to 20")
+    assert quantity(0.002, [-3.0, 3.0]) == ("0.0", "−3.0 to 3.0")
 
 
 def test_claims_are_saved_as_they_were_made() -> None:

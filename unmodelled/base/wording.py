@@ -99,7 +99,7 @@ def number(value: Any) -> str:
 
 
 #: Units that are shown with a prefix where a quantity is small, and the prefixes with their sizes.
-_PREFIXED = ("m", "s", "rad", "N", "N m", "A", "V", "W", "J")
+_PREFIXED = ("m", "s", "rad", "N", "N m", "N m/s", "A", "V", "W", "J")
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e-3, "m"), (0.0, 1e-6, "µ"))
 
 

@@ -54,13 +54,19 @@ class Translation:
     def units(self) -> dict[str, str]:
         """SI unit of every name that the law declares."""
         site, known = self.site, self.site.quantities
-        found = {name: _described(dimension) for name, dimension in self._dimensions.items()}
+        found = {name: self._described(dimension) for name, dimension in self._dimensions.items()}
         found |= {n: known[number.like].unit for n, number in self._numbers.items() if number.like in known}
         for name, value in self.adds.items():
             own = value.expression == 1 or value.quantity.dimension == units.ONE != site.dimension
             quotient = _quotient(site.dimension, value.quantity.dimension)
-            found[name] = site.unit if own else _described(quotient)
+            found[name] = site.unit if own else self._described(quotient)
         return found
+
+    def _described(self, dimension: Dimension | None) -> str:
+        """Unit of a dimension; the rate of a torque has that of a power, but is none."""
+        text = "1" if dimension is None else units.describe(dimension)
+        torque = self.site.dimension == units.parse_unit("N m").dimension
+        return "N m/s" if torque and text == "W" else text
 
     @property
     def signals(self) -> dict[str, str]:
@@ -101,7 +107,3 @@ class Translation:
 
 def _quotient(a: Dimension | None, b: Dimension | None) -> Dimension | None:
     return a if a is None or b is None else units.times(a, units.power(b, Fraction(-1)))
-
-
-def _described(dimension: Dimension | None) -> str:
-    return "1" if dimension is None else units.describe(dimension)

@@ -13,7 +13,15 @@ __all__ = ["amounts", "duration", "number", "percentage", "quantity", "unit_text
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
-    """Format a value and its interval with two significant digits of the width of the interval."""
+    """Format a value and its interval with two significant digits of the width of the interval.
+
+    A number that these digits would round to zero has two digits of its own, where zero is outside of the
+    interval.
+
+    Examples:
+        >>> quantity(0.3232, (0.0845, 20.3))
+        ('0.32', '0.085 to 20')
+    """
     if interval is None:
         return number(value), ""
     low, high = interval
@@ -21,9 +29,14 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
     if not (low < high and 1e-3 <= large < 1e6):
         return number(value), f"{number(low)} to {number(high)}"
     digits = max(0, 1 - math.floor(math.log10(high - low)))
-    # the z drops the sign of a zero
-    shown = [f"{v:z.{digits}f}".replace("-", "−") for v in (value, low, high)]
-    return shown[0], f"{shown[1]} to {shown[2]}"
+    crosses = low < 0.0 < high
+
+    def shown(v: float) -> str:
+        if v and not crosses and round(v, digits) == 0.0:
+            return number(float(f"{v:.2g}"))
+        return f"{v:z.{digits}f}".replace("-", "−")  # the z drops the sign of a zero
+
+    return shown(value), f"{shown(low)} to {shown(high)}"
 
 
 def percentage(unit: str) -> tuple[bool, str]:
