@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipeline.report.challenges import CHALLENGES
-from pipeline.report.claims import claims_table
+from pipeline.report.claims import claims_table, in_order, short
 from pipeline.report.metrics import ABOUT, metrics_table
 from pipeline.report.outlook import OUTLOOK
 from pipeline.report.results import Diagnosis, Results
@@ -60,7 +60,7 @@ REAL = "make real EMPS=<folder with DATA_EMPS.mat> XL330=<zip file or folder>"
 
 PAGES = (
     Page(
-        "index", "Home", "Hybrid physics-based neural network models", "home.html.j2", group="", figures=LEAD
+        "index", "Home", "What the models of these machines leave out", "home.html.j2", group="", figures=LEAD
     ),
     Page(
         "chapter_1",
@@ -257,10 +257,13 @@ def contents(page: Page, results: Results) -> Contents:
     by_id = {figure.id: figure for figure in results.figures}
     named = [next((by_id[n] for n in choice.split("|") if n in by_id), None) for choice in page.figures]
     picked = [figure for figure in named if figure is not None]
-    claims = [row for row in results.claims if page.id == "index" or here(row["chapter"])]
+    rows = [row for row in results.claims if here(row["chapter"])]
+    if page.id == "index":
+        rows = in_order(results.claims, results.full)
+    claims = claims_table(f"claims-{page.id}", rows, results.full)
     topics = [t for t in results.metrics if here(results.chapter_of(t)) or t in page.metrics]
     return Contents(
-        claims_table(f"claims-{page.id}", claims),
+        short(claims) if page.id == "index" else claims,
         picked + [f for f in results.figures if here(f.chapter) and f not in picked],
         [t for t in results.tables if here(t.chapter) or t.id in page.tables],
         [_metrics(topic, results.metrics[topic], page.campaign) for topic in topics],

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.report.claims import KEYS, VERDICTS
+from pipeline.report.claims import KEYS, VERDICTS, read_full
 from pipeline.report.equations import read_equations
 from pipeline.report.metrics import leaves
 from pipeline.report.results import Diagnosis, Results
@@ -47,6 +47,7 @@ def read(
     runs: Path,
     diagnoses: Path,
     executions: Path,
+    full: Path,
 ) -> Results:
     """Read all existing results."""
     return Results(
@@ -69,6 +70,7 @@ def read(
             for path in sorted(diagnoses.glob("**/figures/figures.json"))
         ],
         [_execution(path) for path in sorted(executions.glob("*.json"))],
+        read_full(full),
     )
 
 

@@ -68,6 +68,7 @@ class Results:
         equations: chapter and rows of every file of equations.
         diagnoses: diagnoses with figures.
         executions: records of executed stages.
+        full: claims of the committed run with the full profile, by id.
     """
 
     claims: list[dict[str, Any]] = field(default_factory=list)
@@ -79,6 +80,7 @@ class Results:
     equations: list[dict[str, Any]] = field(default_factory=list)
     diagnoses: list[Diagnosis] = field(default_factory=list)
     executions: list[Mapping[str, Any]] = field(default_factory=list)
+    full: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def chapter_of(self, topic: str) -> int | None:
         """Return the chapter of a metrics file, from its content or its name."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.report.claims import VERDICTS
+from pipeline.report.claims import VERDICTS, counts
 from pipeline.report.pages import Contents, Page, contents, pages
 from pipeline.report.results import Diagnosis, Results
 from pipeline.report.runs import (
@@ -165,6 +165,7 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
         "banner": ORIGINS[origin],
         "mixed": sorted(site.shown[page.id].origins - {origin}) if origin != "both" else [],
         "verdicts": VERDICTS,
+        "counts": counts(site.results.claims, site.results.full),
         "generator": GENERATOR,
         "number": number,
         "duration": duration,
@@ -182,8 +183,9 @@ def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results
             topic = answer.topic
             found.append(entry("page", topic.title, topic.asks, f"{page.file}#{topic.id}"))
         found += figure_entries(here.figures, page.file)
+        verdict = here.claims.columns.index("Verdict")
         for row, anchor in zip(here.claims.rows, here.claims.anchors, strict=True):
-            found.append(entry("claim", row[0].text, row[4].text, f"{page.file}#{anchor}"))
+            found.append(entry("claim", row[0].text, row[verdict].text, f"{page.file}#{anchor}"))
         found += table_entries(here.tables, page.file)
         for t in here.metrics:
             names = " ".join(row[0].text for row in t.rows)

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from pipeline.report.claims import claims_table
+from pipeline.report.claims import claims_table, short
 from pipeline.report.metrics import metrics_table
 from pipeline.report.results import Results
 from unmodelled.report.tables import Table
-
-#: Columns of the claims of a topic.
-SHOWN = ("Claim", "Dissertation", "Ours", "Verdict")
 
 
 @dataclass(frozen=True)
@@ -68,14 +65,7 @@ def answered(topic: Topic, results: Results) -> Answered:
     claims = claims_table(f"claims-{topic.id}", [row for row in results.claims if row["id"] in topic.claims])
     files = dict.fromkeys(name.partition(".")[0] for name in topic.numbers)
     numbers = [_numbers(topic, file, results.metrics[file]) for file in files if file in results.metrics]
-    return Answered(topic, replace(_short(claims), title=f"Claims: {topic.title}"), numbers)
-
-
-def _short(claims: Table) -> Table:
-    """Claims without the columns that the page of the chapter shows; every claim links to its row there."""
-    kept = [claims.columns.index(name) for name in SHOWN]
-    rows = tuple(tuple(row[k] for k in kept) for row in claims.rows)
-    return replace(claims, columns=SHOWN, numeric=(False,) * len(SHOWN), rows=rows, anchors=())
+    return Answered(topic, replace(short(claims), title=f"Claims: {topic.title}"), numbers)
 
 
 def _numbers(topic: Topic, file: str, content: dict[str, Any]) -> Table:

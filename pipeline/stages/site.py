@@ -20,6 +20,7 @@ def site(
     runs: Path,
     diagnoses: Path,
     executions: Path,
+    full: Path,
     out: Path,
 ) -> None:
     """Write `out`/index.html, the folder `out`/site and `out`/claims.json.
@@ -36,12 +37,13 @@ def site(
         runs: folder that is searched for fit.json.
         diagnoses: folder that is searched for diagnoses with figures, as draw_diagnoses writes them.
         executions: folder with <stage>.json, the record of every executed stage.
+        full: CSV file of the claims of a run with the full profile, site/tables/claims-index.csv of that run.
         out: folder in which these three results are replaced as a whole; other files are kept.
 
     Raises:
         BadInput: when an input is damaged; nothing is written then.
     """
     check_place(out)
-    results = read(metrics, claims, tables, figures, provenance, runs, diagnoses, executions)
+    results = read(metrics, claims, tables, figures, provenance, runs, diagnoses, executions, full)
     build(results, out)
     write_json(out / "claims.json", results.claims)

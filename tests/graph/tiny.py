@@ -67,7 +67,7 @@ def write_project(folder: Path, linked: bool = False) -> Path:
         (folder / part.parent.name).mkdir(exist_ok=True)
         if part.name not in ("conf", "__pycache__"):
             (folder / part.parent.name / part.name).symlink_to(part)
-    for name in ("conf", "systems", ".dvc", *(("unmodelled/conf",) if linked else PROGRAM)):
+    for name in ("conf", "docs/results", "systems", ".dvc", *(("unmodelled/conf",) if linked else PROGRAM)):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):

@@ -159,7 +159,7 @@ def make(inputs: Path, out: Path) -> dict[str, str]:
     """Build; return the text of every page by its address."""
     folders = {name: inputs / name for name in ("metrics", "tables", "figures", "diagnoses", "executions")}
     files = {"claims": inputs, "provenance": inputs / "raw"}
-    site(**folders, **files, runs=inputs / "fits", out=out)
+    site(**folders, **files, runs=inputs / "fits", full=inputs / "full.csv", out=out)
     return {path.relative_to(out).as_posix(): path.read_text() for path in out.rglob("*.html")}
 
 

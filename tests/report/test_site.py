@@ -9,8 +9,9 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from pipeline.chapters import verdicts
-from pipeline.report.claims import VERDICTS
+from pipeline.report.claims import VERDICTS, claims_table, read_full
 from pipeline.report.pages import PAGES as DECLARED
+from tests.conftest import ROOT
 from tests.report.case import (
     Page,
     claim,
@@ -196,6 +197,29 @@ def test_every_verdict_has_a_tile_and_a_colour(verdict: str, inputs: Path, tmp_p
     assert page.count(f'class="verdict {kind}"') == 1 + 7
     style = (STATIC / "style.css").read_text()
     assert f".{kind} {{ color:" in style and f".{kind}::before" in style
+
+
+def test_verdicts_of_a_full_run_stand_beside_and_sort(inputs: Path, tmp_path: Path) -> None:
+    rows = [claim(id=name, claim=name, verdict="too few repeats") for name in ("second", "first", "unknown")]
+    full = [claim(id="second", verdict="does not hold", ours=8.25), claim(id="first", ours="a 1, b 2, c 3")]
+    put(inputs / "bench" / "claims.json", rows)
+    put(inputs / "full.csv", claims_table("full", full).csv)
+    page = make(inputs, tmp_path / "out")["index.html"]
+    table = page.partition('id="claims-index"')[2]
+    assert table.index(">first<") < table.index(">second<") < table.index(">unknown<")
+    assert 'class="full verdict fails">does not hold</span>' in table and "8.25 V" in table
+    tiles = dict(re.findall(r'data-show="(\w+)"><strong>(\d+)', page))
+    assert tiles == {"holds": "1", "fails": "1", "direction": "0", "few": "0", "untestable": "0"}
+    assert re.findall(r"<span>(\d) in this run", page) == ["0", "0", "0", "3", "0"]
+    put(inputs / "full.csv", "id,verdict\nfirst,true\n")
+    with pytest.raises(BadInput, match="claim 'first': must have a verdict"):
+        make(inputs, tmp_path / "out")
+
+
+def test_the_committed_full_run_has_every_claim() -> None:
+    full = read_full(ROOT / "docs" / "results" / "claims.csv")
+    assert set(full) == {row["id"] for row in json.loads((ROOT / "reports" / "claims.json").read_text())}
+    assert not {row["verdict"] for row in full.values()} & {verdicts.TOO_FEW, verdicts.UNTESTED}
 
 
 @pytest.mark.parametrize(

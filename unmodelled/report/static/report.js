@@ -112,15 +112,16 @@ function filterable(input) {
   });
 }
 
-// only the rows of a table with one verdict; a second click shows all again
+// only the rows of a table with one verdict, of the full run where there is one; a second click shows all again
 function verdictTiles(list) {
   const tiles = [...list.querySelectorAll("[data-show]")];
+  const column = document.querySelector(`#${list.dataset.of} td.full`) ? "full" : "verdict";
   for (const tile of tiles) {
     tile.addEventListener("click", () => {
       const only = tile.hasAttribute("aria-current") ? "" : tile.dataset.show;
       for (const other of tiles) other.toggleAttribute("aria-current", other.dataset.show === only);
       for (const row of document.querySelectorAll(`#${list.dataset.of} tbody tr`)) {
-        row.classList.toggle("other", Boolean(only) && !row.querySelector(`span.${only}`));
+        row.classList.toggle("other", Boolean(only) && !row.querySelector(`td.${column} span.${only}`));
       }
     });
   }
