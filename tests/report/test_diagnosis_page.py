@@ -60,7 +60,7 @@ def test_the_page_needs_nothing_else(folder: Path, tmp_path: Path) -> None:
     page = Page(text)
     assert not re.search(r'<(?:link|script)[^>]*(?:href|src)="(?!data:)', text)
     images = [address for address in page.addresses if address.startswith("data:image/svg+xml;base64,")]
-    assert len(images) == len(list((folder / "figures").glob("*.svg"))) == 6
+    assert len(images) == len(list((folder / "figures").glob("*.svg"))) == 7
     assert {"verdict", "effects", "where", "lacking", "notes"} <= set(page.ids)
     assert "https://" not in re.sub(r"data:[^\"]*", "", text)
     write_page(tmp_path / "out", COMMAND)

@@ -94,7 +94,7 @@ def slider(page: Page, name: str) -> Locator:
 def test_a_slider_moves_the_simulation_and_the_law(page: Page) -> None:
     before, after = errors(page)
     assert after < 0.9 * before
-    law = "document.querySelectorAll('.live-plots [role=img]')[3].querySelector('canvas').toDataURL()"
+    law = "document.querySelectorAll('.live-plots [role=img]')[4].querySelector('canvas').toDataURL()"
     drawn, friction = page.evaluate(law), slider(page, "F_c")
     assert "inside the 95 % interval" in str(friction.get_attribute("aria-valuetext"))
     friction.focus()
@@ -116,6 +116,12 @@ def test_the_missing_effort_is_shown_over_time(page: Page) -> None:
         found = friction["missing"][experiment["id"]]
         assert len(found["at"]) == len(found["value"]) > 10
         assert max(found["at"]) < experiment["logged"]
+
+
+def test_inputs_are_shown_beside_the_outputs(page: Page) -> None:
+    data = json.loads(page.locator("#live-data").text_content() or "")
+    for item in data["inputs"]:
+        assert page.get_by_role("img", name=f"Input {item['name']} over time").is_visible()
 
 
 def test_what_the_page_says_of_other_numbers_is_what_python_computes(page: Page, found: Diagnosis) -> None:

@@ -26,7 +26,7 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.report.formula import formula
 from unmodelled.systems.reader import read_system
 
-FIGURES = ["gap", "lacking", "left_over", "experiments", "before_and_after", "candidates"]
+FIGURES = ["gap", "lacking", "left_over", "experiments", "before_and_after", "spectrum", "candidates"]
 #: Diagnoses one of the laws and returns the folder with system.yaml, logs and out.
 Diagnosed = Callable[[str], Path]
 

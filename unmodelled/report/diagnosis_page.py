@@ -30,6 +30,7 @@ from unmodelled.report.rendering import ORIGINS, one_file
 from unmodelled.report.robot_tables import changes_table, replay_table, robot_sentence
 from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
+from unmodelled.systems.units import parse_logged
 
 PAGE = "index.html"
 #: Outputs whose errors are sentences; those of more outputs are read more easily in their table.
@@ -66,12 +67,30 @@ def _live(folder: Path, shown: Mapping[str, Any]) -> str:
     path = folder / "tables" / "live.json"
     if not path.exists():
         return ""
-    content, units = read_json(path), shown["about"]["units"]
+    from unmodelled.report.figures.residual import is_undetermined  # matplotlib, which not every page needs
+    from unmodelled.report.figures.tables import table
+
+    content, about = read_json(path), shown["about"]
+    units, windows = about["units"], table(folder, "windows") if content["effects"] else None
     for effect, entry in zip(content["effects"], shown["effects"], strict=True):
         effect["name"] = entry["name"]
+        if windows is not None and entry["port"] in about["channels"]:
+            every = windows[windows["channel"] == entry["port"]]
+            if is_undetermined(about, entry["port"], every):
+                effect["missing"] = None
         if effect["curve"] and "x_unit" not in effect["curve"]:  # of an answer of an older version
             effect["curve"]["x_unit"] = units.get(effect["curve"]["x"], "")
-    return as_block(content)
+    return as_block(with_scales(content))
+
+
+def with_scales(live: Mapping[str, Any]) -> dict[str, Any]:
+    """Data of a machine, whose inputs are in SI, with factor and zero of the units that are shown."""
+    inputs = []
+    for item in live["inputs"]:
+        logged = parse_logged(item["unit"])[1]
+        scale = {} if logged is None else {"factor": logged.factor, "offset": logged.offset}
+        inputs.append({**item, **scale})
+    return {**live, "inputs": inputs}
 
 
 def view(folder: Path) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
-from unmodelled.report.diagnosis_page import PAGE, short
+from unmodelled.report.diagnosis_page import PAGE, short, with_scales
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.rendering import one_file
 from unmodelled.report.search import as_block, table_entries
@@ -30,7 +30,7 @@ def write_result_page(
     """Write index.html, a page that nothing comes into from outside."""
     text = one_file(
         template,
-        live="" if live is None else as_block(live),
+        live="" if live is None else as_block(with_scales(live)),
         drawing="" if machine is None else machine_drawing(_NOTHING, machine),
         tables=[(table, _encoded(table.csv.encode())) for table in tables],
         figures={name: _encoded(file) for name, file in figures.items()},

@@ -9,7 +9,16 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from unmodelled.base.files import replacing, write_json
-from unmodelled.report.figures import candidates, experiments, residual, steps, tables, trajectories
+from unmodelled.report.figures import (
+    candidates,
+    correlations,
+    experiments,
+    residual,
+    spectrum,
+    steps,
+    tables,
+    trajectories,
+)
 from unmodelled.report.figures.style import save, verbatim
 
 Draw = Callable[[Path], Figure]
@@ -21,6 +30,8 @@ FIGURES: Mapping[str, Draw] = {
     "left_over": residual.left_over,
     "experiments": experiments.gaps_of_experiments,
     "before_and_after": trajectories.before_and_after,
+    "spectrum": spectrum.spectrum,
+    "correlations": correlations.correlations,
     "candidates": candidates.candidates,
 }
 
@@ -34,9 +45,10 @@ UNFITTED: Mapping[str, Draw] = {
 def write_figures(folder: Path) -> dict[str, Exception]:
     """Draw the figures of a diagnosis: SVG files, and figures.json with captions and notes.
 
-    Without effects, the figure of the remaining residual is omitted, because it equals the residual before. A
-    figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks to check the
-    logs has two figures.
+    Without effects, the figure of the remaining residual is omitted, because it equals the residual before;
+    without a gap, also that of the residual before, and without two fitted numbers that of their
+    correlations. A figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks
+    to check the logs has two figures.
     """
     chosen = figures_of(folder)
     faults: dict[str, Exception] = {}
@@ -56,7 +68,12 @@ def figures_of(folder: Path) -> Mapping[str, Draw]:
     """Return the figures of a diagnosis by name, in the order of the page."""
     about = tables.about(folder)
     figures = UNFITTED if about["verdict"] == "check_logs" else FIGURES
-    return {name: draw for name, draw in figures.items() if about["effects"] or name != "left_over"}
+    absent = [] if about["effects"] else ["left_over"]
+    if about["verdict"] == "no_gap":
+        absent.append("lacking")
+    if not tables.exists(folder, correlations.TABLE):
+        absent.append("correlations")
+    return {name: draw for name, draw in figures.items() if name not in absent}
 
 
 def _entry(name: str, number: int, draw: Draw) -> dict[str, Any]:

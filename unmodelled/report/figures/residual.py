@@ -10,10 +10,11 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from unmodelled.base.wording import place_name
 from unmodelled.report.figures.style import BLACK, GREY, YELLOW, absent, halo, new_figure, styled, thin
 from unmodelled.report.figures.tables import Channel, about, number, table
 
@@ -24,6 +25,8 @@ CELLS, BINS = 26, 28
 MOST = 3
 #: Share of its range by which a law may spread and still be a line.
 WIDE = 0.1
+#: Ranges of a signal beyond which a missing part of it is none: the states are read from this very signal.
+FAR = 10.0
 INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 
 
@@ -32,10 +35,11 @@ def lacking(data: Path) -> Figure:
     """Missing effort of the known physics, at the channels where the gap enters.
 
     The effort is estimated in short windows of all experiments, without differentiation, with the parameters
-    of the augmented model. A positive effort takes power out of the system. Left: mean over each cell of the
-    visited states. Right: over the coordinate with the largest influence; grey dots are windows, dark dots
-    their medians, bars hold the middle half of the windows. The black line is the diagnosed law. It was
-    fitted to free runs, not to these dots. Yellow marks regions with more than their share of the gap.
+    of the augmented model. A positive effort takes power out of the system. Left, where a channel has two
+    coordinates: mean over each cell of the visited states. Right: over the coordinate with the largest
+    influence; grey dots are windows, dark dots their medians, bars hold the middle half of the windows. The
+    black line is the diagnosed law. It was fitted to free runs, not to these dots. Yellow marks regions with
+    more than their share of the gap.
     """
     return _residual(data, "lacking")
 
@@ -56,19 +60,21 @@ def left_over(data: Path) -> Figure:
 def _residual(data: Path, stage: str) -> Figure:
     content, windows, laws = about(data), table(data, "windows"), table(data, "laws")
     shown = content["shown"][:MOST]
-    figure = new_figure(4.1 * len(shown) + 0.2)
-    grid = figure.subplots(len(shown), 2, squeeze=False)
-    for (left, right), (name, coordinate) in zip(grid, shown, strict=True):
-        channel = Channel.of(content, name)
-        every = windows[windows["channel"] == name]
+    channels = {name: windows[windows["channel"] == name] for name, _ in shown}
+    heights = [0.8 if _unknown(content, name, channels[name]) else 4.1 for name, _ in shown]
+    figure = new_figure(sum(heights) + 0.2)
+    parts = figure.subfigures(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
+    for part, (name, coordinate) in zip(parts, shown, strict=True):
+        channel, every = Channel.of(content, name), channels[name]
         rows, before = (every[every["stage"] == kind] for kind in (stage, "lacking"))
-        if not (len(rows) and len(before)):
-            for axes in (left, right):
-                absent(axes, f"nothing is known of {name}")
+        if reason := _unknown(content, name, every):
+            absent(part.subplots(), reason)
             continue
         limit = max(float(np.quantile(np.abs(before["value"]), 0.97)), 1e-12)
-        _map(figure, left, rows, channel, Normalize(-limit, limit))
-        first = stage == "lacking"
+        first, columns = stage == "lacking", _coordinates(rows)
+        right = part.subplots(1, len(columns), squeeze=False)[0, -1]
+        if len(columns) > 1:
+            _map(part, part.axes[0], rows, columns, channel, Normalize(-limit, limit))
         law, regions = laws[first & (laws["channel"] == name)], content["regions"] if first else []
         _side(right, rows, channel, coordinate, law, regions)
         low, high = np.quantile(before["value"], [0.005, 0.995])
@@ -77,11 +83,30 @@ def _residual(data: Path, stage: str) -> Figure:
     return figure
 
 
-def _map(figure: Figure, axes: Axes, rows: pd.DataFrame, channel: Channel, norm: Normalize) -> None:
-    columns = [c for c in ("level", "rate", "acceleration") if rows[c].notna().any()][:2]
-    if len(columns) < 2:
-        absent(axes, f"{channel.name} has a single coordinate")
-        return
+def _unknown(content: dict[str, Any], name: str, every: pd.DataFrame) -> str:
+    """Why nothing is shown at a channel; empty where something is."""
+    if not len(every):
+        return f"nothing is known of {place_name(name)}"
+    if is_undetermined(content, name, every):
+        return f"no window tells what is missing at {place_name(name)}: the states are read from it"
+    return ""
+
+
+def is_undetermined(content: dict[str, Any], name: str, every: pd.DataFrame) -> bool:
+    """Return whether windows do not determine what is missing at a channel: far more than its signal."""
+    if content["channels"][name]["kind"] == "port" or not every["level"].notna().any():
+        return False
+    return float(every["value"].abs().median()) > FAR * float(np.ptp(every["level"].dropna()))
+
+
+def _coordinates(rows: pd.DataFrame) -> list[str]:
+    """Coordinates of the map, at most two; a single one needs no map."""
+    return [c for c in ("level", "rate", "acceleration") if rows[c].notna().any()][:2] or ["level"]
+
+
+def _map(
+    figure: SubFigure, axes: Axes, rows: pd.DataFrame, columns: list[str], channel: Channel, norm: Normalize
+) -> None:
     x, y = (rows[c].to_numpy(np.float64) for c in columns)
     cells = axes.hexbin(
         *(x, y, rows["value"].to_numpy(np.float64)),
@@ -126,7 +151,8 @@ def _side(
     axes.set(
         xlabel=channel.axes.get(coordinate, "t (s)"), ylabel=f"{channel.quantity} lacking ({channel.unit})"
     )
-    axes.set_title(f"standard error of a window {number(float(rows['error'].median()))} {channel.unit}")
+    chance = number(float(rows["error"].median()))
+    axes.set_title(f"standard error of a window {chance} {channel.unit}", loc="right")
     axes.grid(linewidth=0.5)
     axes.legend(handles=handles, loc="best", frameon=True, framealpha=0.85, edgecolor="none")
 

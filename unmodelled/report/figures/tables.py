@@ -33,13 +33,18 @@ LOOKS = {
 #: What an effort is called, by its unit.
 EFFORTS = {"N": "force", "N m": "torque", "Pa": "pressure", "V": "voltage"}
 #: Columns of the tables that hold texts.
-TEXTS = ("channel", "experiment", "id", "kind", "label", "output", "over", "stage")
+TEXTS = ("channel", "experiment", "id", "kind", "label", "output", "over", "row", "column", "stage")
 GAP = "gap (standard deviations of the outputs)"
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """Read a table of the diagnosis."""
     return read_table(data / "tables" / name, TEXTS)
+
+
+def exists(data: Path, name: str) -> bool:
+    """Return whether the diagnosis has a table."""
+    return any((data / "tables").glob(f"{name}.*"))
 
 
 def about(data: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@
   const place = document.getElementById("live-machine");
   const { shown, range, withUnit, named } = format;
   const MOST_POINTS = 2500; // of a law
+  const MOST_INPUTS = 3; // that are plotted
   const STEPS = 500; // of a slider
   const FAR = 100; // ranges of the measured output: a simulation that is farther off has diverged
 
@@ -116,8 +117,9 @@
   const status = made("p", { class: "live-status", role: "status" });
   const extent = made("p", { class: "live-extent" });
   const hosts = { trajectory: made("div", { role: "img" }), residual: made("div", { role: "img" }) };
+  const driving = model.inputs.slice(0, MOST_INPUTS).map(() => made("div", { role: "img" }));
   const laws = model.effects.map((e) => e.curve && made("div", { role: "img" }));
-  const efforts = model.effects.map((e) => e.curve && made("div", { role: "img" }));
+  const efforts = model.effects.map((e) => e.curve && e.missing && made("div", { role: "img" }));
   const rows = [];
 
   function labelled(text, control) {
@@ -224,9 +226,14 @@
     const minus = (values) => values.map((v, k) => (v == null ? null : (v - measured[k]) / scale[0]));
     plotting.put(charts.trajectory, [run.t, ...[measured, old, fresh].map(inColumn)], keep);
     plotting.put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
+    charts.driving.forEach((chart, i) => {
+      const { name, factor = 1, offset = 0 } = model.inputs[i];
+      plotting.put(chart, [run.t, Array.from(e.u[i].values, (v) => inUnit(v, [factor, offset]))], keep);
+      driving[i].setAttribute("aria-label", `Input ${name} over time in ${e.id}`);
+    });
     model.effects.forEach((effect, k) => {
       if (!effect.curve) return;
-      plotting.put(charts.efforts[k], effortData(k, run), keep);
+      if (charts.efforts[k]) plotting.put(charts.efforts[k], effortData(k, run), keep);
       plotting.put(charts.laws[k], lawData(k, run), false);
     });
     keep = true;
@@ -257,7 +264,8 @@
     charts = {
       trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
       residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.error_unit ?? output.unit }), both, true),
-      efforts: model.effects.map(({ curve }, k) => curve && effort(curve, efforts[k])),
+      driving: driving.map((host, i) => plotting.add(host, "t (s)", named(model.inputs[i]), [plotting.line("input", "--measured")], true)),
+      efforts: model.effects.map(({ curve }, k) => efforts[k] && effort(curve, efforts[k])),
       laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
     model.effects.forEach((effect, k) => efforts[k]?.setAttribute("aria-label", `${effect.name}: missing ${effect.curve.y} over time, and the law now`));
@@ -279,7 +287,7 @@
   const groups = [...model.effects.map(effectGroup), ...parameterGroup()];
   const fitted = model.effects.length > 0 || model.numbers.some(({ interval }) => interval);
   const buttons = made("div", { class: "live-buttons" }, ...(fitted ? [button("As identified", reset)] : []), button("As given", allAsGiven));
-  const pictures = [hosts.trajectory, hosts.residual, ...efforts.flatMap((host, k) => [host, laws[k]]).filter(Boolean)];
+  const pictures = [hosts.trajectory, hosts.residual, ...driving, ...efforts.flatMap((host, k) => [host, laws[k]]).filter(Boolean)];
   place.append(
     made("div", { class: "live-choices" }, ...choices, zoom),
     made("div", { class: "live-plots" }, status, ...pictures, extent),

@@ -29,6 +29,9 @@ const plotting = (() => {
     return uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true);
   }
 
+  // room for the longest number beside an axis
+  const room = (_, values) => Math.max(40, 16 + 6.8 * Math.max(0, ...(values ?? []).map((v) => v.length)));
+
   function axis(label, size) {
     const thin = { stroke: colour("--line"), width: 1 }, values = (_, ticks) => ticks.map((v) => format.shown(v));
     return { label, stroke: colour("--soft"), grid: thin, ticks: thin, labelSize: 22, size, values };
@@ -48,7 +51,7 @@ const plotting = (() => {
       width: Math.max(host.clientWidth, 200),
       height,
       scales: { x: { time: false }, y: { range: around } },
-      axes: [axis(x, 40), { ...axis(fitted(y, height - 35), 62), space: 24 }],
+      axes: [axis(x, 40), { ...axis(fitted(y, height - 35), room), space: 24 }],
       series: [{ label: x, value }, ...series],
       cursor: overTime ? { sync: { key: "time" } } : {},
       hooks: { setScale: [follow] },
