@@ -98,9 +98,10 @@ fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every 
 survive: $(VENV)/tools  ## kill the whole graph thirty times at random, see that nothing is lost (most of an hour)
 	$(BIN)/python -m tests.survival $(ARGS)
 
-docs: $(VENV)/tools    ## write docs/reference from the code and docs/api, pages on all functions, from their docstrings
+docs: $(VENV)/tools    ## write docs/reference from the code, docs/api from docstrings, and docs/answer, finished ones
 	$(BIN)/python -m docs.reference.generate
 	$(BIN)/python -m docs.api_pages
+	$(BIN)/python -m docs.finished
 
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html

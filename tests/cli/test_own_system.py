@@ -18,7 +18,7 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
 SECTION = (ROOT / "README.md").read_text().partition("## Your own machine")[2].partition("\n## ")[0]
 SYSTEM = re.search(r"```yaml\n(.*?)```", SECTION, re.S)
-COMMANDS = re.search(r"```sh\n(.*?)```", SECTION, re.S)
+COMMANDS = "".join(re.findall(r"```sh\n(.*?)```", SECTION, re.S))
 #: Keys that are added to the command of a verb: a training of a quarter of the length is accurate enough.
 SHORTER = {"train": ["profile.window_epochs=25"]}
 
@@ -30,7 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     here = tmp_path_factory.mktemp("newcomer")
     (here / "pendulum.yaml").write_text(SYSTEM[1])
     said = ""
-    for line in COMMANDS[1].splitlines():
+    for line in COMMANDS.splitlines():
         words = shlex.split(line, comments=True)
         words += [key for verb, keys in SHORTER.items() if verb in words for key in keys]
         command = [sys.executable, *(["-m", *words] if words[0] == "unmodelled" else words[1:])]
@@ -58,4 +58,5 @@ def test_a_human_is_told(folder: Path) -> None:
 
 def test_nothing_is_left_beside_the_results(folder: Path) -> None:
     names = {p.name for p in folder.iterdir()}
-    assert names == {"pendulum.yaml", "logs", "simulation", "advice", "fit", "predictions", "said"}
+    results = {"answer", "simulation", "advice", "fit", "predictions"}
+    assert names == {"pendulum.yaml", "logs", "said"} | results

@@ -66,8 +66,9 @@ def remains(content: Mapping[str, Any]) -> str:
     if not content["effects"] or not gap["floor"]:
         return ""
     start = "More is missing: what" if content["verdict"] == "main_effect" else "What"
-    times = number(float(f"{gap['augmented'] / gap['floor']:.2g}"))
-    text = f"{start} remains is {times} times the error that sensor noise alone causes"
+    times = float(f"{gap['augmented'] / gap['floor']:.2g}")
+    size = f"{number(times)} times" if times > 1.0 else "no more than"
+    text = f"{start} remains is {size} the error that sensor noise alone causes"
     if not left:
         return f"{text}; a network in every port predicts no part of it."
     part = f"{percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
