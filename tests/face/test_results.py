@@ -24,7 +24,7 @@ from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.where.where import where
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
 from unmodelled.learning.uncertainty.problem import callable_response
-from unmodelled.report.figures.files import FIGURES
+from unmodelled.report.figures.files import figures_of
 
 CONF = Path(um.__file__).parent / "conf"
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
@@ -292,7 +292,7 @@ def test_the_page_names_the_command_that_gives_the_same_answer(answer: um.Answer
 
 
 def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) -> None:
-    for name in FIGURES:
+    for name in figures_of(answer.folder):
         assert answer.plot(name).axes
     assert answer.plot()._repr_svg_() == answer.plot("gap")._repr_svg_()  # type: ignore[attr-defined]
     with pytest.raises(um.BadInput, match="figure: there is no 'gaps'; did you mean 'gap'"):

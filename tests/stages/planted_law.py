@@ -23,10 +23,10 @@ from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.effect import Effect, PortEffect
 from unmodelled.effects.library import effects
 from unmodelled.logs.folder import read_logs
+from unmodelled.report.figures.files import figures_of
 from unmodelled.report.formula import formula
 from unmodelled.systems.reader import read_system
 
-FIGURES = ["gap", "lacking", "left_over", "experiments", "before_and_after", "spectrum", "candidates"]
 #: Diagnoses one of the laws and returns the folder with system.yaml, logs and out.
 Diagnosed = Callable[[str], Path]
 
@@ -88,7 +88,7 @@ def check_page(folder: Path) -> None:
     text, content = (out / "index.html").read_text(), read_json(out / "diagnosis.json")
     check_addresses(out, {"index.html": text})
     images = [a for a in Page(text).addresses if a.startswith("data:image/svg+xml;base64,")]
-    drawn = [name for name in FIGURES if content["effects"] or name != "left_over"]
+    drawn = list(figures_of(out))
     assert [row["id"] for row in read_json(out / "figures" / "figures.json")] == drawn
     assert len(images) == len(drawn)
     for name in drawn:

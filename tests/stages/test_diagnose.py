@@ -158,7 +158,7 @@ def test_what_cannot_be_drawn_is_a_note_and_the_rest_is_there(
     assert note.startswith("figures/lacking.svg could not be made (KeyError: 'no such")
     assert f"note: {note}" in capsys.readouterr().out
     drawn = {path.stem for path in (case / "out" / "figures").glob("*.svg")}
-    assert drawn == {*figures.FIGURES} - {"lacking"}
+    assert drawn == {*figures.figures_of(case / "out")} - {"lacking"}
     page = (case / "out" / "index.html").read_text()
     assert "figures/lacking.svg could not be made" in page and page.count("data:image/svg+xml") == len(drawn)
 
