@@ -56,24 +56,36 @@ def texts(figure: Figure) -> str:
     return " ".join(t.get_text() for t in figure.findobj(lambda artist: hasattr(artist, "get_text")))  # type: ignore[attr-defined]
 
 
+def with_correlations(source: Path, folder: Path) -> Path:
+    """The tables with one more: correlations of two numbers."""
+    data = changed(source, folder, "steps", lambda table: table)
+    pairs = [(a, b, 1.0 if a == b else -0.9) for a in ("F_c", "b") for b in ("F_c", "b")]
+    rows = pd.DataFrame(pairs, columns=["row", "column", "correlation"])
+    rows.to_parquet(data / "tables" / "correlations.parquet", index=False)
+    return data
+
+
 @pytest.mark.parametrize("draw", FIGURES.values(), ids=name_of)
 def test_every_figure(draw: Draw, folder: Callable[[Verdict], Path], tmp_path: Path) -> None:
     check_caption(draw)
-    check_file(draw, folder("effect"), tmp_path)
+    check_file(draw, with_correlations(folder("effect"), tmp_path / "effect"), tmp_path)
     for verdict in ("unknown", "no_gap"):
-        check_rendered(draw, folder(verdict))
+        check_rendered(draw, with_correlations(folder(verdict), tmp_path / verdict))
 
 
-def test_files_and_captions(folder: Callable[[Verdict], Path]) -> None:
-    for verdict, expected in (
-        ("effect", list(FIGURES)),
-        ("unknown", [n for n in FIGURES if n != "left_over"]),
-    ):
-        write_figures(folder(verdict))
-        index = json.loads((folder(verdict) / "figures" / "figures.json").read_text())
+def test_files_and_captions(folder: Callable[[Verdict], Path], tmp_path: Path) -> None:
+    left_out: dict[Verdict, set[str]] = {
+        "effect": set(),
+        "unknown": {"left_over"},
+        "no_gap": {"lacking", "left_over"},
+    }
+    for verdict, absent in left_out.items():
+        data, expected = tmp_path / verdict, [name for name in FIGURES if name not in absent]
+        write_figures(with_correlations(folder(verdict), data))
+        index = json.loads((data / "figures" / "figures.json").read_text())
         assert [entry["id"] for entry in index] == expected
         assert [entry["number"] for entry in index] == [str(k + 1) for k in range(len(expected))]
-        names = {path.name for path in (folder(verdict) / "figures").iterdir()}
+        names = {path.name for path in (data / "figures").iterdir()}
         assert names == {"figures.json", *(f"{name}.svg" for name in expected)}
         assert all(entry["caption"].endswith(".") and entry["note"] for entry in index)
 

@@ -60,16 +60,17 @@ def left_over(data: Path) -> Figure:
 def _residual(data: Path, stage: str) -> Figure:
     content, windows, laws = about(data), table(data, "windows"), table(data, "laws")
     shown = content["shown"][:MOST]
-    channels = {name: windows[windows["channel"] == name] for name, _ in shown}
-    heights = [0.8 if _unknown(content, name, channels[name]) else 4.1 for name, _ in shown]
+    found = {name: windows[windows["channel"] == name] for name, _ in shown}
+    reasons = {name: _unknown(content, name, every, stage) for name, every in found.items()}
+    heights = [0.8 if reasons[name] else 4.1 for name, _ in shown]
     figure = new_figure(sum(heights) + 0.2)
     parts = figure.subfigures(len(shown), 1, height_ratios=heights, squeeze=False)[:, 0]
     for part, (name, coordinate) in zip(parts, shown, strict=True):
-        channel, every = Channel.of(content, name), channels[name]
-        rows, before = (every[every["stage"] == kind] for kind in (stage, "lacking"))
-        if reason := _unknown(content, name, every):
-            absent(part.subplots(), reason)
+        if reasons[name]:
+            absent(part.subplots(), reasons[name])
             continue
+        channel, every = Channel.of(content, name), found[name]
+        rows, before = (every[every["stage"] == kind] for kind in (stage, "lacking"))
         limit = max(float(np.quantile(np.abs(before["value"]), 0.97)), 1e-12)
         first, columns = stage == "lacking", _coordinates(rows)
         right = part.subplots(1, len(columns), squeeze=False)[0, -1]
@@ -83,9 +84,9 @@ def _residual(data: Path, stage: str) -> Figure:
     return figure
 
 
-def _unknown(content: dict[str, Any], name: str, every: pd.DataFrame) -> str:
+def _unknown(content: dict[str, Any], name: str, every: pd.DataFrame, stage: str) -> str:
     """Why nothing is shown at a channel; empty where something is."""
-    if not len(every):
+    if not {stage, "lacking"} <= set(every["stage"]):
         return f"nothing is known of {place_name(name)}"
     if is_undetermined(content, name, every):
         return f"no window tells what is missing at {place_name(name)}: the states are read from it"
