@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,9 @@ from unmodelled.diagnosis.decide.decision import Decision
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.decide.usual_mistakes import usual_mistake
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.jackknife import interval
+from unmodelled.diagnosis.fitting.jackknife import covariance, interval
 from unmodelled.diagnosis.fitting.judged_models import known_model, values_per_experiment
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
 
@@ -87,7 +89,26 @@ def assembled(
         comparison=_compared(decision),
         notes=(*_notes(study, decision), *_about(given), *_about(augmented)),
         faults=faults,
+        correlations=_correlations(decision.prediction),
     )
+
+
+def _correlations(prediction: LeftOut) -> dict[tuple[str, str], float]:
+    """Correlations of the shared numbers, those of effects first; none where fewer than two scatter."""
+    fitted = prediction.fitted
+    own = {name for effect in fitted.hypothesis.effects for name in effect.reported}
+    shared = [u.name for u in fitted.unknowns.each if not u.own and not u.start]
+    wanted = [n for n in shared if n in own or n in fitted.hypothesis.study.system.uncertain]
+    names = sorted(wanted, key=lambda name: name not in own)
+    spread = covariance(prediction, names)
+    scattered = [(k, name) for k, name in enumerate(names) if spread[k, k] > 0.0]
+    if len(scattered) < 2:
+        return {}
+    scale = np.sqrt(np.diag(spread))
+    pairs = product(scattered, scattered)
+    return {
+        (a, b): float(np.clip(spread[i, k] / (scale[i] * scale[k]), -1.0, 1.0)) for (i, a), (k, b) in pairs
+    }
 
 
 def _share(squares: Array, floor: float, before: int, after: int) -> Array:

@@ -53,6 +53,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - trajectory: of the worst held-out experiment, output, t, measured, known, augmented; nan where nothing
       was simulated.
     - candidates: label, named, difference, standard_error (see `Compared`).
+    - correlations: row, column, correlation: of the fitted numbers, where there are two.
     - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
@@ -73,6 +74,9 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
         "candidates": _candidates(diagnosis),
         "time": pd.concat(_time(diagnosis), ignore_index=True),
     }
+    if diagnosis.correlations:
+        rows = [(*pair, value) for pair, value in diagnosis.correlations.items()]
+        tables["correlations"] = pd.DataFrame(rows, columns=["row", "column", "correlation"])
     for name, table in tables.items():
         write_table(table, folder / FOLDER / name)
     write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, along, worst))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from unmodelled.diagnosis.data.gap import Gap
@@ -143,6 +143,7 @@ class Diagnosis:
         parameters: estimates of the system's uncertain parameters, by name.
         comparison: fitted candidates, the best first.
         notes: remarks on logs, models and integration, a sentence each.
+        correlations: correlations of the fitted numbers by pair of names (jackknife).
         faults: faults of the logs. With the verdict check_logs they are the answer, nothing was fitted, and
             all models are the known one.
     """
@@ -169,6 +170,7 @@ class Diagnosis:
     comparison: tuple[Compared, ...]
     notes: tuple[str, ...]
     faults: tuple[LogFault, ...] = ()
+    correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

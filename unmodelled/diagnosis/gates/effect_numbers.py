@@ -92,8 +92,8 @@ def _negative(given: System, p: Parameter) -> str:
 
 def _turned(diagnosis: Diagnosis, along: _Along) -> Iterator[str]:
     """Ports that an effort moves the other way than in the given system, or without any resistance."""
-    # the level of a balance stands for the velocity
-    moved = (replace(port, velocity=port.velocity or port.position) for port in diagnosis.system.ports)
+    # the level of a balance stands for the velocity; of a port that the search added, the file knows nothing
+    moved = (replace(p, velocity=p.velocity or p.position) for p in diagnosis.known.system.ports)
     ports = [port for port in moved if port.velocity is not None]
     before, after = (
         values(*(mobility(model.system, port) for port in ports))
