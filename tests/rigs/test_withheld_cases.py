@@ -19,10 +19,11 @@ from pipeline.rigs.withheld.effects.effect import Only, Plan
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine
-from pipeline.rigs.withheld.machines import BALANCES, MACHINES
+from pipeline.rigs.withheld.machines import BALANCES, EVERY, FURTHER, MACHINES
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
+from unmodelled.systems.reader import read_system
 
 #: Families that no machine plants: any loss, and inputs that a file does not use.
 UNPLANTED = frozenset(("nonlinear_loss", "input_dependence", "parameter_change", "parameter_error"))
@@ -80,7 +81,7 @@ def test_the_truth_lies_beside_what_a_user_hands_over(system: str, command: str,
     assert header == ("id,file,m" if system == "hoist" else "id,file,group")
 
 
-@pytest.mark.parametrize("machine", (*MACHINES, *BALANCES), ids=lambda machine: machine.name)
+@pytest.mark.parametrize("machine", EVERY, ids=lambda machine: machine.name)
 def test_uncertain_parameters_are_wrong_within_their_bounds(machine: Machine, tmp_path: Path) -> None:
     known = yaml.safe_load((SYSTEMS / f"{machine.name}.yaml").read_text())["parameters"]
     for seed in (1, 2):
@@ -143,7 +144,19 @@ def test_every_family_of_the_library_is_planted_or_listed_as_not_planted() -> No
     assert library - FAMILIES == UNPLANTED, hint
     singles = cases("single", 0), cases("single", 0, machines=BALANCES)
     assert {case.effects[0].family for drawn in singles for case in drawn} == FAMILIES
-    assert len({case.effects[0].family for case in cases("outside", 0)}) >= 6
+    outside = {case.effects[0].family for case in cases("outside", 0)}
+    assert len(outside) >= 6
+    assert {one.family for machine in FURTHER for one in machine.plantable} <= FAMILIES | outside
+
+
+@pytest.mark.parametrize("machine", FURTHER, ids=lambda machine: machine.name)
+def test_the_library_has_every_planted_family_at_its_place(machine: Machine) -> None:
+    system = read_system(SYSTEMS / f"{machine.name}.yaml")
+    places = {(e.family, place) for e in effects() for place in e.places(system)}
+    offered = {(family, p.name if p.kind == "port" else f"{p.kind}:{p.name}") for family, p in places}
+    planted = {(one.family, one.channel) for one in machine.plantable if one.family in FAMILIES}
+    # a drive that fades is a drift of its constant, which is a parameter
+    assert planted - offered <= {("drift", f"actuator:{machine.input}")}
 
 
 def test_local_effects_name_factors_and_groups_that_exist() -> None:

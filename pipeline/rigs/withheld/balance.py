@@ -12,27 +12,29 @@ from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, S
 
 
 class Balance(Machine):
-    """Machine without inertia, with one level; its only port takes a flow out of it.
+    """Machine without inertia; a port takes a flow out of one level.
 
-    The reference is the command, or what a controller adds to for the level that it leads to in the end.
+    The reference is the command, or what a controller adds to for the first level to which it leads.
 
-    Class attributes, beside those of `Machine`: `limits` of the controller's command. Attributes of the
-    objects: `stiffness`, gain of the controller.
+    Class attributes, beside those of `Machine`: `limits` of the controller's command; `ports`, name of every
+    level's port where there are several levels. Attributes of the objects: `stiffness`, gain of the
+    controller.
     """
 
     limits: ClassVar[tuple[float, float]]
+    ports: ClassVar[tuple[str, ...]] = ()
     stiffness: float
 
     @abstractmethod
     def flow(self, level: Array, u: Array) -> Array:
-        """Return the flow into the balance without planted flows.
+        """Return the flow into every balance without planted flows.
 
         Args:
-            level: level, shape (1, n).
+            level: d levels, shape (d, n).
             u: input that acts on the machine, shape (n,).
 
         Returns:
-            Flow, shape (1, n).
+            Flow, shape (d, n).
         """
 
     @abstractmethod
@@ -40,15 +42,15 @@ class Balance(Machine):
         """Return the content per level.
 
         Args:
-            level: level, shape (1, n).
+            level: d levels, shape (d, n).
 
         Returns:
-            Capacity, a number or shape (1, n).
+            Capacity, a number, shape (d, 1) or (d, n).
         """
 
     @abstractmethod
     def at_rest(self, u: Array) -> Array:
-        """Return the level at which an input leaves the balance at rest.
+        """Return the first level at which an input leaves the machine at rest.
 
         Args:
             u: input, shape (n,).
@@ -68,8 +70,10 @@ class Balance(Machine):
         return self.flow(q, u) / self.capacity(q)
 
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
+        row = self.ports.index(name) if self.ports else 0
         mobility = np.ones_like(q) / self.capacity(q)
-        return Port(q[0], v[0], -mobility, mobility[0])
+        mobility[np.arange(len(q)) != row] = 0.0
+        return Port(q[row], v[row], -mobility, mobility[row])
 
     def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
         """Return the state after a step of the midpoint rule, whose middle the last rates give.

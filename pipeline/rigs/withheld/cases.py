@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.rigs.withheld.effects.effect import Effect, Only, Plan, Plantable, PortEffect
 from pipeline.rigs.withheld.machine import Array, Machine
-from pipeline.rigs.withheld.machines import BALANCES, MACHINES
+from pipeline.rigs.withheld.machines import EVERY
 from unmodelled.base.errors import BadInput
 
 GROUP = "group"
@@ -72,10 +72,10 @@ class Case:
     @property
     def machine(self) -> Machine:
         """Machine without planted effects."""
-        for machine in (*MACHINES, *BALANCES):
+        for machine in EVERY:
             if machine.name == self.system:
                 return machine
-        names = ", ".join(machine.name for machine in (*MACHINES, *BALANCES))
+        names = ", ".join(machine.name for machine in EVERY)
         raise BadInput(f"system: {self.system!r} is not one of {names}")
 
     def offered(self, planted: Planted) -> Plantable:

@@ -1,0 +1,1 @@
+"""Further virtual machines, which have cases of their own."""
