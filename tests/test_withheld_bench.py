@@ -149,6 +149,9 @@ def test_any_first_part_of_the_virtual_cases_has_all_kinds(tmp_path: Path) -> No
     assert {one.kind for one in found[:5]} == {one.kind for one in found[24:29]} == set(SHARES)
     assert [one.name for one in cases_of("planted:7000:7", tmp_path)] == [one.name for one in found[:7]]
     assert len({one.name for one in found}) == 30 and found[24].name.startswith("7001_")
+    others = cases_of("further:7000:24", tmp_path)
+    assert [one.kind for one in others] == [one.kind for one in found[:24]]
+    assert not {one.name for one in others} & {one.name for one in found}
     still = cases_of("balance:7000:13", tmp_path)
     assert [still[12].name[:4], {one.kind for one in still}] == ["7001", {"single", "null"}]
 

@@ -29,7 +29,9 @@ from unmodelled.systems.reader import read_system
 SHARES: Mapping[str, int] = {"null": 6, "single": 8, "pair": 4, "several": 3, "outside": 3}
 #: The same of machines without inertia, and the kinds that these are in tables.
 BALANCES: Mapping[str, int] = {"balance_null": 4, "balance": 8}
-AS = {"balance_null": "null", "balance": "single"}
+#: The same of machines of other kinds.
+FURTHER: Mapping[str, int] = {f"further_{kind}": many for kind, many in SHARES.items()}
+AS = {"balance_null": "null", "balance": "single"} | {f"further_{kind}": kind for kind in SHARES}
 #: Family of a wrong number, and share of those that are wrong by a usual mistake of units.
 FAMILY, MISTAKEN = "parameter_error", 0.25
 
@@ -69,8 +71,8 @@ def cases_of(word: str, folder: Path) -> list[Case]:
     """Return the cases that a word names.
 
     Args:
-        word: `planted:SEED:COUNT`, `balance:SEED:COUNT`, `number:SEED:COUNT`, `wrong_logs:SEED:COUNT`,
-            `real:FOLDER` or `field:FOLDER`.
+        word: `planted:SEED:COUNT`, `further:SEED:COUNT`, `balance:SEED:COUNT`, `number:SEED:COUNT`,
+            `wrong_logs:SEED:COUNT`, `real:FOLDER` or `field:FOLDER`.
         folder: folder in which cases/<name> and truth/<name> are made.
 
     Raises:
@@ -79,6 +81,7 @@ def cases_of(word: str, folder: Path) -> list[Case]:
     track, _, rest = word.partition(":")
     virtual: dict[str, Callable[[int, int, Path], list[Case]]] = {
         "planted": planted,
+        "further": partial(planted, shares=FURTHER),
         "balance": partial(planted, shares=BALANCES),
         "number": wrong_numbers,
         "wrong_logs": wrong_logs,

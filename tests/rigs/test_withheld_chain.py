@@ -27,6 +27,7 @@ from pipeline.rigs.withheld.chain.varying_friction import VaryingFriction
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.hoist import Hoist
+from pipeline.rigs.withheld.machines import EVERY, FURTHER
 from pipeline.rigs.withheld.pendulum import Pendulum
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
@@ -170,6 +171,34 @@ def test_kinds_of_cases() -> None:
     )
     with pytest.raises(BadInput, match=r"counts\.outside: must be 1 to 16"):
         measured_cases("outside", 17, 0)
+
+
+def test_machines_of_other_kinds_have_cases_of_their_own() -> None:
+    names = {machine.name for machine in FURTHER}
+    assert len(EVERY) == len({machine.name for machine in EVERY}) >= 24
+    for kind, count in (("null", 15), ("single", 60), ("pair", 60), ("several", 15), ("outside", 15)):
+        drawn = measured_cases(f"further_{kind}", count, 2000)
+        assert {case.system for case in drawn} <= names
+        assert {len(case.effects) for case in drawn} <= {"null": {0}, "pair": {2}, "several": {3, 4}}.get(
+            kind, {1}
+        )
+
+
+@pytest.mark.parametrize(
+    ("kind", "count", "digest"),
+    [
+        ("null", 6, "e8e2fe35fa2e"),
+        ("single", 8, "4d6bde82f912"),
+        ("pair", 4, "336cc6c14e46"),
+        ("several", 3, "7961e9c23a88"),
+        ("outside", 3, "df303877c114"),
+        ("balance_null", 4, "a4a1aa766c01"),
+        ("balance", 8, "e76cf7adc9ca"),
+    ],
+)
+def test_cases_of_published_rows_stay_the_same(kind: str, count: int, digest: str) -> None:
+    drawn = [repr(measured_cases(kind, count, seed)) for seed in (7010, 7022, 7030)]
+    assert hashlib.sha256("".join(drawn).encode()).hexdigest()[:12] == digest
 
 
 def test_cases_without_a_chain_keep_their_bytes(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -12,62 +12,66 @@ from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.drawing import LEVELS, Effects, cases, named, of_families
 from pipeline.rigs.withheld.effects.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
-from pipeline.rigs.withheld.machines import BALANCES, MACHINES
+from pipeline.rigs.withheld.machines import BALANCES, FURTHER, MACHINES
 from unmodelled.base.errors import BadInput
 
-Draw = Callable[[int, int], list[MeasuredCase]]
+#: Number of cases, seed and machines -> at least so many cases.
+Draw = Callable[[int, int, Sequence[Machine]], list[MeasuredCase]]
 
 
 def measured_cases(kind: str, count: int, seed: int) -> list[MeasuredCase]:
     """Return cases of a kind; the first of them are a fair sample of machines and families."""
-    kinds: dict[str, Draw] = {
-        "null": _nulls,
-        "single": _singles,
-        "pair": lambda count, seed: _measured(cases("pair", seed)),
-        "several": _several,
-        "outside": lambda count, seed: _measured(cases("outside", seed)),
-        "balance": lambda count, seed: _measured(cases("single", seed, machines=BALANCES)),
-        "balance_null": lambda count, seed: _measured(cases("null", seed, machines=BALANCES)),
-    }
+    kinds = {name: (draw, MACHINES) for name, draw in KINDS.items()}
+    kinds |= {f"further_{name}": (draw, FURTHER) for name, draw in KINDS.items()}
+    kinds |= {"balance": (_of("single"), BALANCES), "balance_null": (_of("null"), BALANCES)}
     if kind not in kinds:
         raise BadInput(f"kind: {kind!r} is not one of {', '.join(kinds)}")
-    found = kinds[kind](count, seed)
+    draw, machines = kinds[kind]
+    found = draw(count, seed, machines)
     if not 1 <= count <= len(found):
         raise BadInput(f"counts.{kind}: must be 1 to {len(found)}, got {count}")
     return found[:count]
+
+
+def _of(kind: str) -> Draw:
+    """The cases of a kind without a chain, with chains."""
+    return lambda count, seed, machines: _measured(cases(kind, seed, machines=machines))
 
 
 def _measured(drawn: list[Case]) -> list[MeasuredCase]:
     return [MeasuredCase(case.system, case.effects, case.level, case.seed) for case in drawn]
 
 
-def _singles(count: int, seed: int) -> list[MeasuredCase]:
+def _singles(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
     """Every family once, then every family a second time, and so on."""
     before: Counter[str] = Counter()
     rounds = []
-    for case in _measured(cases("single", seed)):
+    for case in _measured(cases("single", seed, machines=machines)):
         (planted,) = case.effects
         rounds.append((before[planted.family], case))
         before[planted.family] += 1
     return [case for _, case in sorted(rounds, key=lambda each: each[0])]
 
 
-def _nulls(count: int, seed: int) -> list[MeasuredCase]:
-    return _on_machines(count, np.random.default_rng([seed, 20]), lambda machine, rng: ())
+def _nulls(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
+    return _on_machines(count, np.random.default_rng([seed, 20]), lambda machine, rng: (), machines)
 
 
-def _several(count: int, seed: int) -> list[MeasuredCase]:
-    return _on_machines(count, np.random.default_rng([seed, 21]), _some)
+def _several(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
+    return _on_machines(count, np.random.default_rng([seed, 21]), _some, machines)
 
 
 def _on_machines(
-    count: int, rng: np.random.Generator, draw: Callable[[Machine, np.random.Generator], Effects]
+    count: int,
+    rng: np.random.Generator,
+    draw: Callable[[Machine, np.random.Generator], Effects],
+    machines: Sequence[Machine],
 ) -> list[MeasuredCase]:
     """Cases on every machine in turn, in a drawn order of machines."""
-    order = rng.permutation(len(MACHINES)).tolist()
+    order = rng.permutation(len(machines)).tolist()
     found = []
     for k in range(count):
-        machine = MACHINES[order[k % len(order)]]
+        machine = machines[order[k % len(order)]]
         level = round(float(np.exp(rng.uniform(*np.log(LEVELS)))), 3)
         found.append(MeasuredCase(machine.name, draw(machine, rng), level, int(rng.integers(2**31))))
     return found
@@ -88,3 +92,13 @@ def _some(machine: Machine, rng: np.random.Generator) -> Effects:
         if apart and len(chosen) < many:
             chosen.append(one)
     return tuple(named(one) for one in chosen)
+
+
+#: Kinds that all machines with and without inertia can have.
+KINDS: Mapping[str, Draw] = {
+    "null": _nulls,
+    "single": _singles,
+    "pair": _of("pair"),
+    "several": _several,
+    "outside": _of("outside"),
+}
