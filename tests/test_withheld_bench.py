@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.withheld import __main__ as withheld
+from benchmarks.withheld import job as withheld
 from benchmarks.withheld import score as scored
 from benchmarks.withheld.case import SHARES, Case, cases_of
 from benchmarks.withheld.entrant import Entrant
@@ -283,6 +283,16 @@ def test_a_sweep_answers_every_case_once(tmp_path: Path) -> None:
     assert ran.returncode == 2 and ran.stderr.strip() == "case: must be 0 to 1 of planted:7:2, got 2"
     assert len(read_rows(tmp_path / "rows" / "coulomb")) == 2
     assert ran.stdout.count("coulomb_friction at") >= 2
+
+
+@pytest.mark.long
+def test_a_sweep_on_all_cores_answers_every_case(tmp_path: Path) -> None:
+    script = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"
+    words = ["cases=planted:7:2", f"entrant=coulomb:{script}", f"out={tmp_path}", "case=range(0,2)"]
+    call = [sys.executable, "-m", "benchmarks.withheld", "-m", *words, "hydra/launcher=joblib"]
+    ran = subprocess.run(call, cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr[-1000:]
+    assert len(read_rows(tmp_path / "rows" / "coulomb")) == 2
 
 
 def test_reported_inputs_have_the_right_answer_of_the_list_beside_them(tmp_path: Path) -> None:

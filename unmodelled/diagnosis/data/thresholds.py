@@ -80,7 +80,9 @@ class Thresholds:
         combined_least: change of a number in such a combination, relative to its size, at least.
         combined_ratio: change of a number in such a combination against its change alone, at least.
         fault_share: share that a fault explains at least, if it decides the verdict check_logs.
-        suspect_share: share that a correction explains before parameters are fitted to it.
+        fault_share_some: share of the error of all experiments that a fault in some explains at least.
+        suspect_share: share that a correction explains before parameters are fitted to it, or that is gone
+            without inputs that have nothing to do with the outputs.
         clock_error_ratio: squared error that a law leaves against a wrong clock, at least: another inertia
             where the clock of all experiments is wrong, stiffening springs where that of one is.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
@@ -237,6 +239,12 @@ class Thresholds:
     # Faults of the logs
     fault_share: float = _threshold(
         0.8, "share of the squared error", _ALARMS, "half, and half way to one: none of 17 logs"
+    )
+    fault_share_some: float = _threshold(
+        0.5,
+        "share of the squared error",
+        _ALARMS,
+        "LINE",
     )
     suspect_share: float = _threshold(0.25, "share of the squared error", _ALARMS, _NO_FAULT)
     clock_error_ratio: float = _threshold(2.0, "1", _ALARMS, _NO_FAULT)

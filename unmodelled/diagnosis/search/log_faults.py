@@ -54,8 +54,8 @@ Mask = NDArray[np.bool_]
 HORIZON_FACTORS = 1.0, 4.0
 #: Horizons up to which an input acts.
 MEMORY = 2
-#: Times by which inputs may act later in one experiment, in horizons.
-LATER = np.linspace(-1.0, 1.0, 21)
+#: Times by which inputs may act later in one experiment, in horizons, and their gains there.
+LATER, GAINS = np.linspace(-1.0, 1.0, 21), np.linspace(0.5, 1.5, 21)
 #: Corrections that are re-identified, the most promising ones (a budget).
 REIDENTIFIED = 3
 #: Squared error, in that of persistence, from which the known physics is of no use: units and inputs may be
@@ -98,8 +98,8 @@ class _Suspect:
 
     def is_enough(self, limits: Thresholds) -> bool:
         """Return whether the fault explains most of the error of its experiments, and enough of all error."""
-        most, enough = limits.fault_share, limits.suspect_share
-        return self.explains_where_it_is >= most and self.explains >= enough
+        most, some = limits.fault_share, limits.fault_share_some
+        return self.explains_where_it_is >= most and self.explains >= some
 
 
 def without_copies(
@@ -307,21 +307,18 @@ def _law(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether a law explains as much as a wrong clock.
 
     If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
-    friction, or a wrong number of the file. If that of one experiment is, stiffening springs, or inputs that
-    act at another time there, with which it stands out no more: the time of a flow depends on the flow.
+    friction, or a wrong number of the file. If that of one experiment is, it is stiffening springs, or what
+    acts on this experiment.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
         return False
     system, logs, every = trials.system, trials.logs, not suspect.everywhere
     if suspect.everywhere:
         others = [with_friction(with_inertia(system), logs), *with_free_numbers(system)]
+    elif _acts_otherwise(trials, suspect):
+        return True
     else:
         others = [with_springs(system, logs)]
-        known, mine = trials.refitted(suspect.steps), suspect.runs
-        usual = trials.thresholds.outstanding_error * float(np.median(suspect.before[~mine]))
-        for samples in np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist():
-            if known.square(later_inputs(logs, samples), suspect.steps, every)[mine].max() < usual:
-                return True
 
     def left(other: System) -> float:
         found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
@@ -329,6 +326,25 @@ def _law(trials: Trials, suspect: _Suspect) -> bool:
 
     most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
     return any(left(other) < most for other in others)
+
+
+def _acts_otherwise(trials: Trials, suspect: _Suspect) -> bool:
+    """Return whether inputs that act later, or with another gain, explain what a clock of one run does.
+
+    The time of a flow depends on the flow: with later inputs, the experiment stands out no more. A supply
+    varies from run to run: with another gain, hardly more is left than with another clock.
+    """
+    (run,), limits = np.flatnonzero(suspect.runs).tolist(), trials.thresholds
+    alone = trials.refitted(suspect.steps).alone(run)
+    times = np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist()
+    later = (later_inputs(alone.logs, samples) for samples in times)
+    stronger = (replace(alone.none, drive=gain * alone.none.drive) for gain in GAINS)
+    late, strong = (
+        min(float(alone.square(each, suspect.steps, every=True)[0]) for each in tried)
+        for tried in (later, stronger)
+    )
+    usual = limits.outstanding_error * float(np.median(suspect.before[~suspect.runs]))
+    return late < usual or strong < limits.clock_error_ratio * float(suspect.after[run])
 
 
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
