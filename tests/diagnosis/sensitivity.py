@@ -53,7 +53,7 @@ DECIDING = (
     *("material_rest", "negligible_error", "unexplained_gap", "most_equal"),
 )
 OF_FAULTS = (
-    *("fault_share", "suspect_share", "clock_error_ratio", "equal_error_ratio", "little_input"),
+    *("fault_share", "suspect_share", "clock_error_ratio", "equal_error_ratio"),
     *("outstanding_error", "copied_noise"),
 )
 OF_WHERE = [f.name for f in fields(Thresholds)][

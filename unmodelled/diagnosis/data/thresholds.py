@@ -86,7 +86,6 @@ class Thresholds:
         clock_error_ratio: squared error that a law leaves against a wrong clock, at least: another inertia
             where the clock of all experiments is wrong, stiffening springs where that of one is.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
-        little_input: amount of an input that must be worse than none where the input has no effect.
         outstanding_error: squared error of an experiment that may have a fault of its own, at least.
         copied_noise: residual of a filter that computes an output from another one, at most.
         shown_channel_share: share of a channel that has regions and figures, at least.
@@ -250,12 +249,6 @@ class Thresholds:
     clock_error_ratio: float = _threshold(2.0, "1", _ALARMS, _NO_FAULT)
     equal_error_ratio: float = _threshold(
         1.1, "1", _ALARMS, "part above one halved and doubled: none of 17 logs"
-    )
-    little_input: float = _threshold(
-        0.1,
-        "share of the input",
-        _ALARMS,
-        "not measured: the 17 logs of decision 10 have no input without effect",
     )
     outstanding_error: float = _threshold(4.0, "median of the others", _ALARMS, _NO_FAULT)
     copied_noise: float = _threshold(

@@ -7,15 +7,15 @@ corrected logs. A fault explains the share by which the mean square error falls.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.log_questions import (
-    NO_EFFECT,
     Question,
     clocks,
     constants,
@@ -24,24 +24,16 @@ from unmodelled.diagnosis.data.log_questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.data.persistence import default_horizon
-from unmodelled.diagnosis.data.replaced_inputs import later_inputs, slow_inputs
+from unmodelled.diagnosis.data.replaced_inputs import slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
-from unmodelled.diagnosis.search.log_fits import (
-    CLOCK_PROBLEM,
-    of_every,
-    of_one,
-    swapped,
-    with_free_numbers,
-    with_friction,
-    with_inertia,
-    with_springs,
-)
+from unmodelled.diagnosis.search.log_fits import of_every, of_one, swapped
+from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
-from unmodelled.logs.inspection.related import is_related
+from unmodelled.logs.inspection.related import is_related, surrogates
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
@@ -52,54 +44,15 @@ Mask = NDArray[np.bool_]
 #: Horizons that are tried one after the other, in units of the given one: within a short horizon a true model
 #: may be hardly better than no model.
 HORIZON_FACTORS = 1.0, 4.0
+#: Normal quantile of a one-sided test at 5 %.
+ONE_SIDED = 1.645
 #: Horizons up to which an input acts.
 MEMORY = 2
-#: Times by which inputs may act later in one experiment, in horizons, and their gains there.
-LATER, GAINS = np.linspace(-1.0, 1.0, 21), np.linspace(0.5, 1.5, 21)
 #: Corrections that are re-identified, the most promising ones (a budget).
 REIDENTIFIED = 3
 #: Squared error, in that of persistence, from which the known physics is of no use: units and inputs may be
 #: far off. With steps that are a thousand times too short, it is a prediction that keeps the speed.
 USELESS = 0.5
-
-
-@dataclass(frozen=True, eq=False)
-class _Suspect:
-    """A correction of some experiments that may explain the gap.
-
-    Attributes:
-        question: question whose correction changes only the experiments in `runs`.
-        runs: mask of the corrected experiments, shape (experiments,).
-        steps: number of samples of a window.
-        before: mean square errors of the logs as read, shape (experiments,).
-        after: mean square errors of the corrected logs, shape (experiments,).
-    """
-
-    question: Question
-    runs: Mask
-    steps: int
-    before: Array
-    after: Array
-
-    @property
-    def explains(self) -> float:
-        """Return the explained share of the mean square error of all experiments."""
-        whole = float(self.before.sum())
-        return 1.0 - float(self.after.sum()) / whole if whole > 0.0 else 0.0
-
-    @property
-    def everywhere(self) -> bool:
-        return bool(self.runs.all())
-
-    @property
-    def explains_where_it_is(self) -> float:
-        """Return the explained share of the mean square error of the corrected experiments."""
-        return 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
-
-    def is_enough(self, limits: Thresholds) -> bool:
-        """Return whether the fault explains most of the error of its experiments, and enough of all error."""
-        most, some = limits.fault_share, limits.fault_share_some
-        return self.explains_where_it_is >= most and self.explains >= some
 
 
 def without_copies(
@@ -158,18 +111,21 @@ def log_faults(
 def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
     """Return the fault that the inputs have nothing to do with the outputs, as a tuple of one, or none.
 
-    The model is worse with these inputs than without any, and random signals of their spectrum predict the
-    outputs as well.
+    The model is worse with these inputs than without any, and as good with random signals of their spectrum;
+    and without a model, these signals predict the outputs as well.
     """
     if not logs.inputs:
         return ()
     trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
     question, steps = without_inputs(logs), trials.steps(trials.none)
     before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
-    suspect = _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
+    suspect = Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
     if not suspect.explains > thresholds.suspect_share or is_related(logs, MEMORY * steps):
         return ()
-    return (_fault(trials, suspect, ()),)
+    random = np.array([trials.square(Correction.replaced(logs, u), steps) for u in surrogates(logs)])
+    # of inputs that have nothing to do with them, the mean rank of the errors is one of uniform numbers
+    rank, usual = (before < random).mean(), 0.5 + ONE_SIDED / np.sqrt(12.0 * len(logs))
+    return () if rank > usual else (_fault(trials, suspect, ()),)
 
 
 def _far_off(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> bool:
@@ -195,7 +151,7 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
     return ()
 
 
-def _suspects(trials: Trials) -> Iterator[_Suspect]:
+def _suspects(trials: Trials) -> Iterator[Suspect]:
     logs, steps = trials.logs, trials.steps(trials.none)
     before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
     if not _matters(before, nothing, trials.thresholds):
@@ -204,7 +160,7 @@ def _suspects(trials: Trials) -> Iterator[_Suspect]:
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
-            if suspect.explains > trials.thresholds.suspect_share and _possible(trials, suspect):
+            if suspect.explains > trials.thresholds.suspect_share:
                 yield suspect
     exchanged = swapped(trials, steps, before) if np.any(before > USELESS * nothing) else ()
     for question in (*slow_inputs(logs), *exchanged):
@@ -219,10 +175,10 @@ def _suspects(trials: Trials) -> Iterator[_Suspect]:
             continue  # its clock cannot be a thousand times off
         steps = min(trials.steps(question.correction), most) if fast else most
         old, new = (trials.square(c, steps) for c in (trials.none, question.correction))
-        yield _Suspect(question, np.ones(len(logs), np.bool_), steps, old, new)
+        yield Suspect(question, np.ones(len(logs), np.bool_), steps, old, new)
 
 
-def _fits(trials: Trials) -> Iterator[_Suspect]:
+def _fits(trials: Trials) -> Iterator[Suspect]:
     """Yield corrections with a fitted size; over a long horizon they also fit errors of other causes.
 
     One experiment stands out once the uncertain parameters are fitted to all: before, wrong numbers leave
@@ -256,26 +212,12 @@ def _where(before: Array, after: Array, limits: Thresholds) -> Iterator[Mask]:
         yield some
 
 
-def _only(question: Question, runs: Mask, steps: int, before: Array, after: Array) -> _Suspect:
+def _only(question: Question, runs: Mask, steps: int, before: Array, after: Array) -> Suspect:
     mine = Question(question.problem, question.channels, question.correction.only(runs))
-    return _Suspect(mine, runs, steps, before, np.where(runs, after, before))
+    return Suspect(mine, runs, steps, before, np.where(runs, after, before))
 
 
-def _possible(trials: Trials, suspect: _Suspect) -> bool:
-    """Return whether an input without effect explains more than an input with a small effect.
-
-    The error is a parabola of the input's gain: where its lowest point is near zero, a little of the input or
-    of its opposite is worse than none.
-    """
-    if suspect.question.problem is not NO_EFFECT:
-        return True
-    correction, gain = suspect.question.correction, trials.thresholds.little_input
-    little = (np.where(correction.drive == 0.0, each, correction.drive) for each in (gain, -gain))
-    squares = [trials.square(replace(correction, drive=drive), suspect.steps) for drive in little]
-    return all(suspect.after[suspect.runs].sum() < square[suspect.runs].sum() for square in squares)
-
-
-def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
+def _best(trials: Trials, right: Sequence[Suspect]) -> list[Suspect]:
     """Return the suspects with almost the smallest error, the simplest (first asked) one first."""
     left = [s.after.sum() / trials.persistence(s.steps, not s.everywhere).sum() for s in right]
     return [
@@ -285,7 +227,7 @@ def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
     ]
 
 
-def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
+def _identified(trials: Trials, suspect: Suspect) -> Suspect:
     """Return a suspect with errors of fitted parameters, with and without its correction.
 
     For a fault of some experiments all windows count: of a few, one that starts at a bad sample would decide.
@@ -295,59 +237,15 @@ def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
     return replace(suspect, before=before, after=after)
 
 
-def _good(trials: Trials, suspect: _Suspect) -> bool:
+def _good(trials: Trials, suspect: Suspect) -> bool:
     """Return whether the corrected model predicts well, and no law explains as much."""
     left = float(suspect.after[suspect.runs].sum())
     persistence = trials.persistence(suspect.steps, not suspect.everywhere)[suspect.runs].sum()
     useful = left <= trials.thresholds.useful_error**2 * float(persistence)
-    return useful and not _law(trials, suspect)
+    return useful and not explained_by_law(trials, suspect)
 
 
-def _law(trials: Trials, suspect: _Suspect) -> bool:
-    """Return whether a law explains as much as a wrong clock.
-
-    If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
-    friction, or a wrong number of the file. If that of one experiment is, it is stiffening springs, or what
-    acts on this experiment.
-    """
-    if suspect.question.problem.name != CLOCK_PROBLEM:
-        return False
-    system, logs, every = trials.system, trials.logs, not suspect.everywhere
-    if suspect.everywhere:
-        others = [with_friction(with_inertia(system), logs), *with_free_numbers(system)]
-    elif _acts_otherwise(trials, suspect):
-        return True
-    else:
-        others = [with_springs(system, logs)]
-
-    def left(other: System) -> float:
-        found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
-        return float(found.identified(found.none, suspect.steps, every).sum())
-
-    most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
-    return any(left(other) < most for other in others)
-
-
-def _acts_otherwise(trials: Trials, suspect: _Suspect) -> bool:
-    """Return whether inputs that act later, or with another gain, explain what a clock of one run does.
-
-    The time of a flow depends on the flow: with later inputs, the experiment stands out no more. A supply
-    varies from run to run: with another gain, hardly more is left than with another clock.
-    """
-    (run,), limits = np.flatnonzero(suspect.runs).tolist(), trials.thresholds
-    alone = trials.refitted(suspect.steps).alone(run)
-    times = np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist()
-    later = (later_inputs(alone.logs, samples) for samples in times)
-    stronger = (replace(alone.none, drive=gain * alone.none.drive) for gain in GAINS)
-    late, strong = (
-        min(float(alone.square(each, suspect.steps, every=True)[0]) for each in tried)
-        for tried in (later, stronger)
-    )
-    usual = limits.outstanding_error * float(np.median(suspect.before[~suspect.runs]))
-    return late < usual or strong < limits.clock_error_ratio * float(suspect.after[run])
-
-
-def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
+def _fault(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> LogFault:
     ids = trials.logs.ids
     return LogFault(
         channels=best.question.channels,
@@ -360,7 +258,7 @@ def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFaul
     )
 
 
-def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
+def _sentence(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> str:
     """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)

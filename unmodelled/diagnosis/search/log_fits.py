@@ -13,13 +13,6 @@ from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
-from unmodelled.effects.coulomb_friction import CoulombFriction
-from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.nonlinear_spring import HardeningSpring
-from unmodelled.effects.parameter_error import ParameterError
-from unmodelled.effects.scales import Scales
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import Parameter, System, symbol
 
 Array = NDArray[np.float64]
 
@@ -35,11 +28,6 @@ TURN = 2.0 * np.pi
 FACTORS = np.linspace(-0.75, 0.75, 7)
 #: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
 REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
-#: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock is
-#: more likely.
-WRONG = 0.5, 2.0
-#: Largest number of a spring or a friction, in plausible sizes.
-SPRING = 10.0
 #: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
 PER_CENT = 0.2
 
@@ -95,59 +83,6 @@ def _factor(trials: Trials, steps: int) -> float:
         return float(trials.square(correction, steps).sum())
 
     return float(np.exp(_lowest(square, FACTORS)[0]))
-
-
-def with_inertia(system: System) -> System:
-    """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
-
-    A wrong clock has the same effect, except on damping.
-    """
-    name = "factor_of_all_accelerations"
-    free = Parameter(name, "1", 1.0, identify=True, bounds=WRONG)
-    dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)
-    return replace(system, dynamics=dynamics, parameters=(*system.parameters, free))
-
-
-def with_springs(system: System, logs: Logs) -> System:
-    """Return the system with a stiffening spring of unknown numbers at every port.
-
-    An experiment that moves further than the others then swings faster than they do, as with a fast clock.
-    """
-    return _everywhere(HardeningSpring(), system, logs, -SPRING)
-
-
-def with_friction(system: System, logs: Logs) -> System:
-    """Return the system with a dry friction of unknown size at every port that moves."""
-    return _everywhere(CoulombFriction(), system, logs, 0.0)
-
-
-def with_free_numbers(system: System) -> Iterator[System]:
-    """Yield the system with each number of the file free that may be wrong (`ParameterError`)."""
-    for place in ParameterError().places(system):
-        each = (
-            replace(p, identify=True, bounds=_around(p.value)) if p.name == place.name else p
-            for p in system.parameters
-        )
-        yield replace(system, parameters=tuple(each))
-
-
-def _around(value: float) -> tuple[float, float]:
-    low, high = sorted(factor * value for factor in WRONG)
-    return low, high
-
-
-def _everywhere(law: PortEffect, system: System, logs: Logs, lowest: float) -> System:
-    """The system with a law at all places; its amplitudes are from `lowest` to `SPRING` plausible sizes."""
-    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
-    for place in law.places(system):
-        added = law.add(system, place, scales)
-        reach = {name: (lowest * size, SPRING * size) for name, size in added.scales.items()}
-        free = [
-            replace(p, identify=True, bounds=reach[p.name]) if p.name in added.amplitudes else p
-            for p in added.system.parameters
-        ]
-        system = replace(added.system, parameters=tuple(free))
-    return system
 
 
 def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question:

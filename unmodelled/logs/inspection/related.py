@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.measurements import Measurements
 
 Array = NDArray[np.float64]
 
@@ -22,12 +22,21 @@ SURROGATES = 19
 RIDGE = 1e-3
 
 
-def is_related(logs: Logs, steps: int) -> bool:
-    """Return whether inputs predict outputs of other runs better than random signals of their spectrum.
+def surrogates(logs: Measurements) -> Iterator[Array]:
+    """Yield random inputs, shape (samples, inputs), with mean and spectrum of those of every run.
 
-    Means of the inputs and of their magnitudes over past intervals predict outputs and their increments by
-    least squares. The random signals have the spectrum of the inputs with other phases (Theiler et al. 1992).
-    Inputs that are constant in every run are related: nothing tells.
+    Their phases are random (Theiler et al. 1992).
+    """
+    rng = np.random.default_rng(0)
+    for _ in range(SURROGATES):
+        yield np.concatenate([_surrogate(logs.u[logs.rows(i)], rng) for i in range(len(logs))])
+
+
+def is_related(logs: Measurements, steps: int) -> bool:
+    """Return whether inputs predict outputs of other runs better than random ones of their spectrum.
+
+    Means of the inputs and of their magnitudes over past intervals predict outputs and their first and second
+    increments by least squares. Inputs that are constant in every run are related: nothing tells.
 
     Takes steps, the samples of the longest interval.
 
@@ -39,30 +48,33 @@ def is_related(logs: Logs, steps: int) -> bool:
         >>> is_related(logs, 100), is_related(replace(logs, u=noise), 100)
         (True, False)
     """
-    runs = [(logs.u[logs.rows(i)], logs.y[logs.rows(i)]) for i in range(len(logs))]
-    if all(np.ptp(u, axis=0).max(initial=0.0) == 0.0 for u, _ in runs):
+    rows = [logs.rows(i) for i in range(len(logs))]
+    if all(np.ptp(logs.u[run], axis=0).max(initial=0.0) == 0.0 for run in rows):
         return True
-    rng = np.random.default_rng(0)
-    shown = _explained(runs, steps)
-    random = (_explained([(_surrogate(u, rng), y) for u, y in runs], steps) for _ in range(SURROGATES))
+    shown, *random = (_explained([(u[run], logs.y[run]) for run in rows], steps) for u in _all(logs))
     return all(shown > each for each in random)
 
 
+def _all(logs: Measurements) -> Iterator[Array]:
+    yield logs.u
+    yield from surrogates(logs)
+
+
 def _surrogate(u: Array, rng: np.random.Generator) -> Array:
-    """Signals (samples, inputs) with the spectrum of others and the same mean."""
     spectrum = np.fft.rfft(u, axis=0)
     turned = spectrum * np.exp(2j * np.pi * rng.uniform(size=(len(spectrum), 1)))
     return np.asarray(np.fft.irfft(np.concatenate([spectrum[:1], turned[1:]]), len(u), axis=0))
 
 
 def _explained(runs: Sequence[tuple[Array, Array]], steps: int) -> float:
-    """Share of the best output, or of its increments, that the inputs explain in the median left-out part."""
+    """Share of the best output, or of its increments, that inputs explain in the median left-out part."""
     step = max(1, steps // COMPARED)
     pieces = -(-FEWEST_PARTS // len(runs))
     parts: list[tuple[Array, Array]] = []
     for u, y in runs:
-        later = np.concatenate([np.zeros((step, y.shape[1])), y[step:] - y[:-step]])[: len(y)]
-        columns, targets = (v - v.mean(axis=0) for v in (_past(u, steps), np.concatenate([y, later], axis=1)))
+        moved = _increment(y, step)
+        pair = _past(u, steps), np.concatenate([y, moved, _increment(moved, step)], axis=1)
+        columns, targets = (v - v.mean(axis=0) for v in pair)
         parts += zip(*(np.array_split(v[::step], pieces) for v in (columns, targets)), strict=True)
     sizes = [np.concatenate(v).std(axis=0) for v in zip(*parts, strict=True)]
     X, Y = ([p[k][:, size > 0.0] / size[size > 0.0] for p in parts] for k, size in enumerate(sizes))
@@ -74,6 +86,11 @@ def _explained(runs: Sequence[tuple[Array, Array]], steps: int) -> float:
         error = y - x @ np.linalg.solve(train + ridge, cross.sum(0) - cross[k])
         left.append((error**2).sum(0) / np.maximum((y**2).sum(0), np.finfo(float).tiny))
     return float(1.0 - np.median(left, axis=0).min(initial=1.0))
+
+
+def _increment(y: Array, step: int) -> Array:
+    """Increments (samples, outputs) over some samples, 0 before."""
+    return np.concatenate([np.zeros_like(y[:step]), y[step:] - y[:-step]])
 
 
 def _past(u: Array, steps: int) -> Array:

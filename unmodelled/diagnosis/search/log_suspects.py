@@ -1,0 +1,170 @@
+"""A fault of the logs that may explain the gap, and laws that explain as much."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.log_questions import Question
+from unmodelled.diagnosis.data.replaced_inputs import later_inputs
+from unmodelled.diagnosis.data.thresholds import Thresholds
+from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM
+from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.effects.coulomb_friction import CoulombFriction
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.nonlinear_spring import HardeningSpring
+from unmodelled.effects.parameter_error import ParameterError
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import Parameter, System, symbol
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock is
+#: more likely.
+WRONG = 0.5, 2.0
+#: Largest number of a spring or a friction, in plausible sizes.
+SPRING = 10.0
+#: Times by which inputs may act later in one experiment, in horizons, and their gains there.
+LATER, GAINS = np.linspace(-1.0, 1.0, 21), np.linspace(0.5, 1.5, 21)
+
+
+@dataclass(frozen=True, eq=False)
+class Suspect:
+    """A correction of some experiments that may explain the gap.
+
+    Attributes:
+        question: question whose correction changes only the experiments in `runs`.
+        runs: mask of the corrected experiments, shape (experiments,).
+        steps: number of samples of a window.
+        before: mean square errors of the logs as read, shape (experiments,).
+        after: mean square errors of the corrected logs, shape (experiments,).
+    """
+
+    question: Question
+    runs: Mask
+    steps: int
+    before: Array
+    after: Array
+
+    @property
+    def explains(self) -> float:
+        """Return the explained share of the mean square error of all experiments."""
+        whole = float(self.before.sum())
+        return 1.0 - float(self.after.sum()) / whole if whole > 0.0 else 0.0
+
+    @property
+    def everywhere(self) -> bool:
+        """Return whether all experiments have the fault."""
+        return bool(self.runs.all())
+
+    @property
+    def explains_where_it_is(self) -> float:
+        """Return the explained share of the mean square error of the corrected experiments."""
+        return 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
+
+    def is_enough(self, limits: Thresholds) -> bool:
+        """Return whether the fault explains most of the error of its experiments, and enough of all error."""
+        most, some = limits.fault_share, limits.fault_share_some
+        return self.explains_where_it_is >= most and self.explains >= some
+
+
+def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
+    """Return whether a law explains as much as a wrong clock.
+
+    If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
+    friction, or a wrong number of the file. If that of one experiment is, it is stiffening springs, or what
+    acts on this experiment.
+    """
+    if suspect.question.problem.name != CLOCK_PROBLEM:
+        return False
+    system, logs, every = trials.system, trials.logs, not suspect.everywhere
+    if suspect.everywhere:
+        others = [_with_friction(_with_inertia(system), logs), *_with_free_numbers(system)]
+    elif _acts_otherwise(trials, suspect):
+        return True
+    else:
+        others = [_with_springs(system, logs)]
+
+    def left(other: System) -> float:
+        found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
+        return float(found.identified(found.none, suspect.steps, every).sum())
+
+    most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
+    return any(left(other) < most for other in others)
+
+
+def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
+    """Return whether inputs that act later, or with another gain, explain what a clock of one run does.
+
+    The time of a flow depends on the flow: with later inputs, the experiment stands out no more. A supply
+    varies from run to run: with another gain, hardly more is left than with another clock.
+    """
+    (run,), limits = np.flatnonzero(suspect.runs).tolist(), trials.thresholds
+    alone = trials.refitted(suspect.steps).alone(run)
+    times = np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist()
+    later = (later_inputs(alone.logs, samples) for samples in times)
+    stronger = (replace(alone.none, drive=gain * alone.none.drive) for gain in GAINS)
+    late, strong = (
+        min(float(alone.square(each, suspect.steps, every=True)[0]) for each in tried)
+        for tried in (later, stronger)
+    )
+    usual = limits.outstanding_error * float(np.median(suspect.before[~suspect.runs]))
+    return late < usual or strong < limits.clock_error_ratio * float(suspect.after[run])
+
+
+def _with_inertia(system: System) -> System:
+    """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
+
+    A wrong clock has the same effect, except on damping.
+    """
+    name = "factor_of_all_accelerations"
+    free = Parameter(name, "1", 1.0, identify=True, bounds=WRONG)
+    dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)
+    return replace(system, dynamics=dynamics, parameters=(*system.parameters, free))
+
+
+def _with_springs(system: System, logs: Logs) -> System:
+    """Return the system with a stiffening spring of unknown numbers at every port.
+
+    An experiment that moves further than the others then swings faster than they do, as with a fast clock.
+    """
+    return _everywhere(HardeningSpring(), system, logs, -SPRING)
+
+
+def _with_friction(system: System, logs: Logs) -> System:
+    """Return the system with a dry friction of unknown size at every port that moves."""
+    return _everywhere(CoulombFriction(), system, logs, 0.0)
+
+
+def _with_free_numbers(system: System) -> Iterator[System]:
+    """Yield the system with each number of the file free that may be wrong (`ParameterError`)."""
+    for place in ParameterError().places(system):
+        each = (
+            replace(p, identify=True, bounds=_around(p.value)) if p.name == place.name else p
+            for p in system.parameters
+        )
+        yield replace(system, parameters=tuple(each))
+
+
+def _around(value: float) -> tuple[float, float]:
+    low, high = sorted(factor * value for factor in WRONG)
+    return low, high
+
+
+def _everywhere(law: PortEffect, system: System, logs: Logs, lowest: float) -> System:
+    """The system with a law at all places; its amplitudes are from `lowest` to `SPRING` plausible sizes."""
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    for place in law.places(system):
+        added = law.add(system, place, scales)
+        reach = {name: (lowest * size, SPRING * size) for name, size in added.scales.items()}
+        free = [
+            replace(p, identify=True, bounds=reach[p.name]) if p.name in added.amplitudes else p
+            for p in added.system.parameters
+        ]
+        system = replace(added.system, parameters=tuple(free))
+    return system
