@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
+    from unmodelled.diagnosis.data.options import Options as Options
     from unmodelled.effects.own_law import Law as Law
     from unmodelled.engine.robot.supplement import supplement as supplement
     from unmodelled.learning.evaluation import Evaluation as Evaluation
@@ -67,6 +68,7 @@ else:
         "api.plan": ("Plan", "plan"),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
+        "diagnosis.data.options": ("Options",),
         "effects.own_law": ("Law",),
         "engine.robot.supplement": ("supplement",),
         "learning.evaluation": ("Evaluation", "evaluate"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from unmodelled.api.answer import Answer
@@ -10,6 +11,7 @@ from unmodelled.base.files import read_json
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
 from unmodelled.diagnosis.answer.summary import SCHEMA
+from unmodelled.diagnosis.data.options import Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.law_files import LawsGiven, given_laws
@@ -26,6 +28,7 @@ def diagnose(
     seed: int = 0,
     workers: int | None = None,
     laws: LawsGiven | None = None,
+    options: Options | Mapping[str, float] | None = None,
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -42,12 +45,15 @@ def diagnose(
         workers: number of threads; default: one per core.
         laws: laws of your own that are tried beside those of the library (`Law`), or the path of a file of
             them; default none.
+        options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
+            answer says which were changed.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.
 
     Raises:
-        BadInput: when the system, the logs, the horizon, the seed or a law cannot be used.
+        BadInput: when the system, the logs, the horizon, the seed, a law or an option cannot be
+            used.
 
     Examples:
         The logs of the example have dry friction in the joint, which its system file leaves out:
@@ -72,7 +78,8 @@ def diagnose(
         >>> bool(after.value < 0.1 * before.value)
         True
     """
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, given_laws(laws)))
+    limits = Options.of(options)
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, given_laws(laws), limits))
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
@@ -10,7 +11,13 @@ from unmodelled.base.ownership import verb
 
 @verb()
 def diagnose(
-    system: Path, logs: Path, out: Path, horizon: float | None = None, seed: int = 0, laws: Path | None = None
+    system: Path,
+    logs: Path,
+    out: Path,
+    horizon: float | None = None,
+    seed: int = 0,
+    laws: Path | None = None,
+    options: Mapping[str, float] | None = None,
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
@@ -31,10 +38,13 @@ def diagnose(
         horizon: length of the free-run windows, s; null: from the logs.
         seed: seed of all random numbers; the same seed gives the same files on one kind of processor.
         laws: file of laws of your own (laws/1) that are tried beside those of the library; null: none.
+        options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
+            defaults, which are measured.
 
     Raises:
-        BadInput: when the system file, the logs, the horizon, the seed or a law cannot be used.
+        BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot be
+            used.
     """
-    found = diagnosed(system, logs, horizon, seed, laws=laws)
+    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

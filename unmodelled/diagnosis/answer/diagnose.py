@@ -23,6 +23,7 @@ from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
@@ -50,6 +51,7 @@ def findings(
     seed: int = 0,
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
+    options: Options = DEFAULT_OPTIONS,
 ) -> Findings:
     """Diagnose the gap between a system and measured experiments, and check all files of the answer.
 
@@ -63,7 +65,8 @@ def findings(
 
     # 2. A column that is computed from another one measures nothing; a unit, a sign or a clock that is wrong
     #    would be explained by physics.
-    system, logs, faults = without_copies(system, logs, horizon)
+    limits = options.thresholds
+    system, logs, faults = without_copies(system, logs, horizon, limits)
     if not any(fault.decides for fault in faults):
         check_windows(system, logs, horizon)
         check_laws(laws, system, logs, horizon)
@@ -71,13 +74,13 @@ def findings(
     # 3. to 6. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults, laws=laws))
+    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults, limits, laws))
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told.
     place = where(found)
     if found.verdict == "check_logs":
-        return Findings(found, place, exported=False, laws=tuple(laws))
+        return Findings(found, place, exported=False, laws=tuple(laws), options=options)
     pushed = outside_forces(place.left)
     found = found if pushed is None else replace(found, faults=(*found.faults, pushed))
 
@@ -88,7 +91,7 @@ def findings(
     robot, more = _robot(found)
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
-    answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws))
+    answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws), options)
     return answer.with_notes(*notes, *more, *shorter_windows(found))
 
 

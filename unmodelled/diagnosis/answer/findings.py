@@ -15,6 +15,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
 from unmodelled.diagnosis.answer.robot_file import RobotFile
 from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.where import Where
@@ -38,6 +39,7 @@ class Findings:
         robot: patched robot file; None (default) for a system without robot, or if it is not offered.
         refused: files that are not offered, with the reasons; default none.
         laws: laws of the user that were tried, too; default none.
+        options: numbers that decided; default those that are measured.
     """
 
     diagnosis: Diagnosis
@@ -46,11 +48,13 @@ class Findings:
     robot: RobotFile | None = None
     refused: tuple[Refusal, ...] = ()
     laws: tuple[Law, ...] = ()
+    options: Options = DEFAULT_OPTIONS
 
     @property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
-        own = {"laws": [law.definition for law in self.laws]} if self.laws else {}
+        own: dict[str, Any] = {"laws": [law.definition for law in self.laws]} if self.laws else {}
+        own |= {"options": self.options.changed} if self.options.changed else {}
         return summary(self.diagnosis, self.where, self.robot, self.refused) | own
 
     def with_notes(self, *notes: str) -> Findings:

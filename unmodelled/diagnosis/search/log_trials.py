@@ -145,8 +145,8 @@ class Trials:
         """Return means, shape (experiments,), of squares of shape (windows, most steps, outputs)."""
         sums = np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2]
         total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in (sums, recording.steps))
-        # nan for an experiment that is shorter than a window
-        return np.asarray(np.divide(total, count, out=np.full(len(self.logs), np.nan), where=count > 0.0))
+        # an experiment without a window says nothing: no error
+        return np.asarray(np.divide(total, count, out=np.zeros(len(self.logs)), where=count > 0.0))
 
     def _simulation(self, correction: Correction, steps: int, every: bool = False) -> Simulation:
         return Simulation(self.system, self._recording(correction, steps, every))
