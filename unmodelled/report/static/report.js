@@ -115,13 +115,13 @@ function filterable(input) {
 // only the rows of a table with one verdict, of the full run where there is one; a second click shows all again
 function verdictTiles(list) {
   const tiles = [...list.querySelectorAll("[data-show]")];
-  const column = document.querySelector(`#${list.dataset.of} td.full`) ? "full" : "verdict";
+  const cell = document.querySelector(`#${list.dataset.of} td.full`) ? "td.full " : "";
   for (const tile of tiles) {
     tile.addEventListener("click", () => {
       const only = tile.hasAttribute("aria-current") ? "" : tile.dataset.show;
       for (const other of tiles) other.toggleAttribute("aria-current", other.dataset.show === only);
       for (const row of document.querySelectorAll(`#${list.dataset.of} tbody tr`)) {
-        row.classList.toggle("other", Boolean(only) && !row.querySelector(`td.${column} span.${only}`));
+        row.classList.toggle("other", Boolean(only) && !row.querySelector(`${cell}span.${only}`));
       }
     });
   }
