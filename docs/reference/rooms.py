@@ -18,7 +18,7 @@ class Room(NamedTuple):
 
     Attributes:
         name: name of the folder.
-        contains: what lives there.
+        contains: sentences on the contents of the room, one paragraph.
         imports: names of the rooms that it may import.
     """
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import LogProblem, Question
+from unmodelled.logs.clock import delayed
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -85,9 +86,8 @@ def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
 
 def later_inputs(logs: Logs, samples: int) -> Correction:
     """Return the correction that lets inputs act some samples later, held at the ends of every run."""
-    run = logs.offsets[logs.owner]
-    rows = np.clip(np.arange(len(logs.u)) - samples, run, run + np.diff(logs.offsets)[logs.owner] - 1)
-    return Correction.replaced(logs, logs.u[rows])
+    late = [samples * logs.period] * len(logs.inputs)
+    return Correction.replaced(logs, delayed(logs.u, logs.offsets, logs.period, late, "linear"))
 
 
 def other_run(logs: Logs, shifts: NDArray[np.int64]) -> Question:

@@ -141,7 +141,12 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
     sensors = Sensors(logs)
     for longer in HORIZON_FACTORS:
         trials = Trials(system, logs, longer * horizon, sensors, thresholds)
-        suspects = [*_suspects(trials), *(_fits(trials) if longer == 1.0 else ())]
+        steps = trials.steps(trials.none)
+        before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
+        if not _matters(before, nothing, thresholds):
+            continue
+        fits = _fits(trials, steps, before, nothing) if longer == 1.0 else ()
+        suspects = [*_suspects(trials, steps, before, nothing), *fits]
         few = sorted(s.explains for s in suspects)[-REIDENTIFIED:]
         tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
         right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
@@ -151,11 +156,9 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
     return ()
 
 
-def _suspects(trials: Trials) -> Iterator[Suspect]:
-    logs, steps = trials.logs, trials.steps(trials.none)
-    before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
-    if not _matters(before, nothing, trials.thresholds):
-        return
+def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator[Suspect]:
+    """Yield corrections by given factors; errors of logs as read and of persistence are (experiments,)."""
+    logs = trials.logs
     for question in questions(trials.system, logs, before.sum() > USELESS * nothing.sum()):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
@@ -178,16 +181,12 @@ def _suspects(trials: Trials) -> Iterator[Suspect]:
         yield Suspect(question, np.ones(len(logs), np.bool_), steps, old, new)
 
 
-def _fits(trials: Trials) -> Iterator[Suspect]:
+def _fits(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator[Suspect]:
     """Yield corrections with a fitted size; over a long horizon they also fit errors of other causes.
 
     One experiment stands out once the uncertain parameters are fitted to all: before, wrong numbers leave
     errors everywhere.
     """
-    steps = trials.steps(trials.none)
-    before, nothing = trials.square(trials.none, steps), trials.persistence(steps)
-    if not _matters(before, nothing, trials.thresholds):
-        return
     known = trials.refitted(steps)
     left = known.square(known.none, steps, every=True)
     alone = of_one(known, steps, left) if _matters(left, nothing, trials.thresholds) else ()

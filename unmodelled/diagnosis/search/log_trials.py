@@ -84,8 +84,7 @@ class Trials:
 
     def refitted(self, steps: int) -> Trials:
         """Return the trials of the system with its uncertain parameters quickly fitted to all experiments."""
-        self.identified(self.none, steps)
-        numbers = self._uncorrected[steps]
+        numbers = self._fitted(self.none, steps)
         return Trials(self.system, self.logs, self.horizon, self.sensors, self.thresholds, numbers)
 
     def alone(self, run: int) -> Trials:
@@ -116,11 +115,16 @@ class Trials:
 
         Gives (experiments,).
         """
+        simulation = self._simulation(correction, steps, every)
+        return self._error(simulation, correction, self._fitted(correction, steps))
+
+    def _fitted(self, correction: Correction, steps: int) -> Array:
+        """Parameter sets (experiments, 1, numbers), quickly fitted to all experiments."""
         known = self._uncorrected if correction is self.none else {}
         if steps not in known:
             simulation = self._simulation(correction, steps)
             known[steps] = fit_parameters(simulation, iterations=QUICK, substeps=self.substeps).numbers
-        return self._error(self._simulation(correction, steps, every), correction, known[steps])
+        return known[steps]
 
     def _error(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
         """Return mean square errors of one parameter set, shape (experiments,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,13 +51,9 @@ def is_related(logs: Measurements, steps: int) -> bool:
     rows = [logs.rows(i) for i in range(len(logs))]
     if all(np.ptp(logs.u[run], axis=0).max(initial=0.0) == 0.0 for run in rows):
         return True
-    shown, *random = (_explained([(u[run], logs.y[run]) for run in rows], steps) for u in _all(logs))
+    tried = chain([logs.u], surrogates(logs))
+    shown, *random = (_explained([(u[run], logs.y[run]) for run in rows], steps) for u in tried)
     return all(shown > each for each in random)
-
-
-def _all(logs: Measurements) -> Iterator[Array]:
-    yield logs.u
-    yield from surrogates(logs)
 
 
 def _surrogate(u: Array, rng: np.random.Generator) -> Array:
