@@ -63,7 +63,8 @@ class Bench:
     Attributes:
         friction: of all runs, or one for each. ripple: torque with twelve periods per turn, N m.
         memory: stiffness (N m/rad) of a spring, and time (s) after which it gives way.
-        supply: gain of the torque, of all runs or one for each. dead_zone: of the torque, N m.
+        supply: gain of the torque, of all runs or one for each. dead_zone: of the torque, N m. limit: of the
+            torque, N m.
         noise: of the angle, rad. delay: of the sensor, in samples.
         missed: angle that the sensor loses after a third of a run, rad.
         groups: of the runs, if they are in groups.
@@ -77,6 +78,7 @@ class Bench:
     memory: tuple[float, float] = (0.0, 1.0)
     supply: float | tuple[float, ...] = 1.0
     dead_zone: float = 0.0
+    limit: float = np.inf
     noise: float = 2e-4
     gain: float = 1.0
     delay: int = 0
@@ -111,6 +113,7 @@ class Bench:
         stiffness, time = self.memory
         load = np.asarray(self.friction) * np.tanh(omega / self.creep) + self.ripple * np.sin(12 * theta)
         load = load + sum(stiffness * (theta - z) for z in memory)
+        u = np.clip(u, -self.limit, self.limit)
         u = np.asarray(self.supply) * (u - np.clip(u, -self.dead_zone, self.dead_zone))
         rates = [omega, (u - self.b * omega - self.mgl * np.sin(theta) - load) / 0.02]
         return np.stack([*rates, *((theta - z) / time for z in memory)])

@@ -17,7 +17,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
-from tests.diagnosis.benches import pendulum
+from tests.diagnosis.benches import Bench, pendulum
 from tests.machines.folders import system_of, write_runs
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
@@ -408,6 +408,13 @@ def test_an_input_that_has_nothing_to_do_with_the_motion(right: Path, tmp_path: 
 )
 def test_true_effects_raise_no_alarm(spoil: Spoil, right: Path, tmp_path: Path) -> None:
     assert log_faults(*spoilt(right, tmp_path, spoil), HORIZON) == ()
+
+
+@pytest.mark.parametrize("limit", [0.03, 0.1, 0.3])
+def test_a_drive_that_saturates_is_no_wrong_unit(limit: float, tmp_path: Path) -> None:
+    """Of commands that are up to thirty times too large, a thousandth predicts better than all."""
+    system = pendulum(tmp_path)
+    assert log_faults(system, Bench(limit=limit, friction=0.0).logs(tmp_path / "logs", system), HORIZON) == ()
 
 
 def test_wrong_parameters_raise_no_alarm(right: Path, tmp_path: Path) -> None:

@@ -84,7 +84,8 @@ class Thresholds:
         suspect_share: share that a correction explains before parameters are fitted to it, or that is gone
             without inputs that have nothing to do with the outputs.
         clock_error_ratio: squared error that a law leaves against a wrong clock, at least: another inertia
-            where the clock of all experiments is wrong, stiffening springs where that of one is.
+            where the clock of all experiments is wrong, stiffening springs where that of one is. An input of
+            less or no effect leaves at least as many times what a drive that saturates leaves.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
         outstanding_error: squared error of an experiment that may have a fault of its own, at least.
         copied_noise: residual of a filter that computes an output from another one, at most.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import Question
 from unmodelled.diagnosis.data.replaced_inputs import later_inputs
 from unmodelled.diagnosis.data.thresholds import Thresholds
@@ -31,6 +32,8 @@ WRONG = 0.5, 2.0
 SPRING = 10.0
 #: Times by which inputs may act later in one experiment, in horizons, and their gains there.
 LATER, GAINS = np.linspace(-1.0, 1.0, 21), np.linspace(0.5, 1.5, 21)
+#: Limits of a drive that saturates, as shares of the largest input.
+LIMITS = np.geomspace(0.01, 0.5, 9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +70,11 @@ class Suspect:
         """Return the explained share of the mean square error of the corrected experiments."""
         return 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
 
+    def weakens(self, inputs: Sequence[str]) -> bool:
+        """Return whether the correction lowers the gain of inputs only."""
+        correction, own = self.question.correction, {*self.question.channels} <= {*inputs}
+        return own and correction.inputs is None and bool(np.abs(correction.drive).min() < 1.0)
+
     def is_enough(self, limits: Thresholds) -> bool:
         """Return whether the fault explains most of the error of its experiments, and enough of all error."""
         most, some = limits.fault_share, limits.fault_share_some
@@ -74,14 +82,14 @@ class Suspect:
 
 
 def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
-    """Return whether a law explains as much as a wrong clock.
+    """Return whether a law explains as much as a wrong clock, or as an input with less or no effect.
 
     If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
     friction, or a wrong number of the file. If that of one experiment is, it is stiffening springs, or what
-    acts on this experiment.
+    acts on this experiment. If an input has less effect, its drive saturates.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
-        return False
+        return suspect.weakens(trials.logs.inputs) and saturates(trials, suspect)
     system, logs, every = trials.system, trials.logs, not suspect.everywhere
     if suspect.everywhere:
         others = [_with_friction(_with_inertia(system), logs), *_with_free_numbers(system)]
@@ -96,6 +104,16 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
 
     most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
     return any(left(other) < most for other in others)
+
+
+def saturates(trials: Trials, suspect: Suspect) -> bool:
+    """Return whether inputs that are cut at a limit leave clearly less than weaker ones or none."""
+    logs, mine = trials.logs, np.isin(trials.logs.inputs, suspect.question.channels)
+    largest, every = np.abs(logs.u).max(axis=0), not suspect.everywhere
+    cut = (np.where(mine, np.clip(logs.u, -share * largest, share * largest), logs.u) for share in LIMITS)
+    limited = (Correction.replaced(logs, u).only(suspect.runs) for u in cut)
+    left = min(float(trials.identified(one, suspect.steps, every).sum()) for one in limited)
+    return trials.thresholds.clock_error_ratio * left < float(suspect.after.sum())
 
 
 def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
