@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from pipeline.arrays import Array
 from pipeline.attribution.groups import positions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

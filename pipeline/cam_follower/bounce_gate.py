@@ -7,16 +7,14 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from torch import Tensor
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 Signal = TypeVar("Signal", Array, Tensor)
 
 

@@ -8,10 +8,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import jumps
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.lstm import DetachmentNetwork
@@ -21,9 +20,6 @@ from unmodelled.base.ownership import check_name
 from unmodelled.base.progress import track
 from unmodelled.learning.recipe import Recipe, Tables, check_folds, refused
 from unmodelled.learning.splits import Split
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Fitted(Protocol):

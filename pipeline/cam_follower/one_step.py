@@ -8,8 +8,9 @@ from typing import Protocol
 import torch
 from torch import Generator, Tensor
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.progress import Counter

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce import BounceParameters
 from pipeline.cam_follower.bounce_fitting import AWAY, START, STRETCH, fit_bounce
 from pipeline.cam_follower.bounce_gate import with_bounce
@@ -21,9 +21,6 @@ from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.workers import threads_of
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Written when all folds of a folder are there.
 SUMMARY = "bounce.json"

@@ -6,15 +6,13 @@ import warnings
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.neural_network import MLPRegressor
 from threadpoolctl import threadpool_limits
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.efficiency import efficiency
-
-Array = NDArray[np.float64]
 
 #: Where the search for the motor's parameters starts: Ohm, A/V.
 START = (1.0, 0.001)

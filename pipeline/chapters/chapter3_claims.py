@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from pipeline.chapters.chapter3 import LABELS, PROTOCOL, TABLE_3_2
 from pipeline.chapters.claims import Row
 from pipeline.chapters.leaves import median_interval
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW, order_verdict, too_few, worst
 from unmodelled.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY
-
-Array = NDArray[np.float64]
 
 #: Sections 3.4.2 and 3.4.3: by the method at whose optimum it was taken.
 PUBLISHED_EMD = {GAUSSIAN: 0.42, MAXIMUM_ENTROPY: 0.47}

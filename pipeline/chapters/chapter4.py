@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters.claims import Row
 from pipeline.chapters.leaves import SAMPLES, mean_leaf, spread_leaf
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW, order_verdict
-
-Array = NDArray[np.float64]
 
 PROTOCOL = (
     "leave one trajectory out of twenty; free run of the whole held-out trajectory from its own measured "

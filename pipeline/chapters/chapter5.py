@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.summary import leaf, share
-
-Array = NDArray[np.float64]
 
 #: Where a single number stands for a model: the share of the runs of Fig. 5.15, 5.17 and 5.18.
 SCARCE = "5%"

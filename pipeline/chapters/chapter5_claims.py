@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters.chapter5 import FACTORS, SCARCE, UNIFORM
 from pipeline.chapters.claims import Row
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, falling_verdict, order_verdict, worst
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
 
 RAW, FORCE, CAM, LINEAR = "tau1", "tau2", "tau3", "tau4"
 INFORMED = (FORCE, CAM, LINEAR)

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from pipeline.chapters import published
 from pipeline.chapters.summary import per_repeat
@@ -21,7 +20,6 @@ from pipeline.chapters.verdicts import (
     worst,
 )
 
-Array = NDArray[np.float64]
 Row = dict[str, Any]
 
 #: Accuracy from which F-dagger separates contact from jump.

@@ -10,7 +10,6 @@ import pandas as pd
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters.boundary import measured
@@ -18,8 +17,6 @@ from pipeline.figures.examples import levels
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, LABELS, new_figure, styled
-
-Array = NDArray[np.float64]
 
 #: Trajectories are cut to this many samples before a recurrent network learns from them (section 5.4.2).
 TRUNCATION = 4000

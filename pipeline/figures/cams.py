@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN, Cam, cycloid
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
@@ -34,8 +34,6 @@ from unmodelled.report.figures.style import (
     styled,
     thin,
 )
-
-Array = NDArray[np.float64]
 
 
 def _experiments(data: Path) -> pd.DataFrame:

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
@@ -21,7 +21,6 @@ from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
-Array = NDArray[np.float64]
 FORCE = "$F^†$ (N)"
 
 

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
 
-Array = NDArray[np.float64]
 FACTORS = ("V", "m", "H", "beta")
 
 

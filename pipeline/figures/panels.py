@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.examples import levels
 from unmodelled.report.figures.style import BLACK, LABELS, halo, level, new_figure
 
-Array = NDArray[np.float64]
 Panels = dict[tuple[float, float], Axes]
 
 STALL = Patch(color=LABELS["stall"], label="stall")

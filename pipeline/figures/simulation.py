@@ -10,15 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.palette import band, handle, look, plain_log, present, shares, table
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, absent, new_figure, setting, styled
-
-Array = NDArray[np.float64]
 
 MSE = "MSE of ω ((rad/s)²)"
 #: Numbers of hidden units that the chapter settles on.

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, varied
 from unmodelled.base.campaign import Campaign
@@ -28,8 +28,6 @@ from unmodelled.report.figures.style import (
     styled,
     thin,
 )
-
-Array = NDArray[np.float64]
 
 
 def _read(data: Path, *columns: str) -> Campaign:

@@ -14,16 +14,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 
+from pipeline.arrays import Array
 from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.limits import check_file, check_memory, limited_process
 from unmodelled.base.workers import pool_of
-
-Array = NDArray[np.float64]
 
 #: The two recordings of the same motion: alone, and with pulses of 5 V added to the drive's voltage.
 FILES = {"plain": "DATA_EMPS.mat", "pulses": "DATA_EMPS_PULSES.mat"}

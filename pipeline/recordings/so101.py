@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.recordings.archive import Archive, Array, measured, numbers
+from pipeline.arrays import Array
+from pipeline.recordings.archive import Archive, measured, numbers
 from pipeline.recordings.log_folder import Experiment, write_log_folder
 from unmodelled.base.errors import BadInput
 

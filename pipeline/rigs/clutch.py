@@ -16,15 +16,14 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.csv as pa_csv
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from pipeline.arrays import Array
 from pipeline.rigs import clutch_rig
 from pipeline.rigs.clutch_rig import ClutchRig, Setting
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 
-Array = NDArray[np.float64]
 _EDGE = 0.002  # duration (s) of a step: the amplifier limits the rate of its current
 
 

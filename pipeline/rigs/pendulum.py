@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from pipeline.arrays import Array
 from unmodelled.base.files import replacing_folder
 
-Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)
 
 

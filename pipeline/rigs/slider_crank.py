@@ -16,15 +16,14 @@ from typing import Any
 import mujoco
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
 
-Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)
 STARTS = {"a": 0.3, "b": 2.2}  # crank angle (rad) at which a run is released
 _SUBSTEPS = 20  # integration steps per sample: keeps the loop closed to some micrometres at full speed

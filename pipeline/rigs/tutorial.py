@@ -11,13 +11,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.special import expit
 
+from pipeline.arrays import Array
 from pipeline.rigs.pendulum import PendulumCampaign
 from unmodelled.base.files import replacing_folder, write_json
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

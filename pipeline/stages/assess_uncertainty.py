@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
@@ -21,8 +21,6 @@ from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.response import Response
-
-Array = NDArray[np.float64]
 
 
 @verb()

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.efficiency import efficiency
 from pipeline.cam_follower.static import fit_motor, fit_network
 from pipeline.chapters import chapter2
@@ -35,7 +35,6 @@ from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 Tables = dict[str, pd.DataFrame]
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
@@ -18,8 +18,6 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.threads import one_thread
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
-
-Array = NDArray[np.float64]
 
 #: Written when all fits of a folder are there.
 SUMMARY = "fits.json"

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce_gate import gated, residual
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
@@ -18,9 +16,6 @@ from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceFits, BounceRecipe
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Folder of the simulation's parameters, beside one folder of networks per fold.
 PHYSICS = "bounce"

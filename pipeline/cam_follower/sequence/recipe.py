@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower.lstm import DetachmentNetwork
-from pipeline.cam_follower.sequence.arrays import Indices, Sizes
+from pipeline.cam_follower.sequence.arrays import Sizes
 from pipeline.cam_follower.sequence.fits import SUMMARY, Fits, path_of, read_about, read_fits, save_fit
 from pipeline.cam_follower.sequence.layout import sizes
 from pipeline.cam_follower.sequence.stack import train_stack

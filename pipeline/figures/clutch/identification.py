@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from pipeline.arrays import Array
 from pipeline.figures.clutch.tables import (
     INDIGO,
     LOOKS,
@@ -31,8 +31,6 @@ from pipeline.figures.clutch.tables import (
     table,
 )
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
-
-Array = NDArray[np.float64]
 
 NUMBERS = ("mu_1", "mu_2", "sigma_1", "sigma_2")
 CONFIDENCE = 0.95

@@ -10,8 +10,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.jumps.tables import (
     EXPLAINED,
     FEATURE_SETS,
@@ -31,8 +31,6 @@ from pipeline.figures.jumps.tables import (
 from pipeline.figures.jumps.trajectories import draw_predictions
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, GREY, MM, new_figure, styled
-
-Array = NDArray[np.float64]
 
 PERIOD = 0.01  # s, of the steps that are explained
 ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal

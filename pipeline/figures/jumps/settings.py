@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.jumps.tables import (
     BLIND,
     FEATURE_SETS,
@@ -22,8 +22,6 @@ from pipeline.figures.jumps.tables import (
     table,
 )
 from unmodelled.report.figures.style import BLACK, Look, new_figure, styled
-
-Array = NDArray[np.float64]
 
 BARS = 31
 

@@ -8,12 +8,10 @@ from textwrap import fill
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.slider_crank.tables import INDIGO, number, table
 from unmodelled.report.figures.style import BLACK, MM, ORANGE, new_figure, styled, thin
-
-Array = NDArray[np.float64]
 
 
 @styled

@@ -11,12 +11,11 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, MM, absent, halo, new_figure, styled, thin
 
-Array = NDArray[np.float64]
 POSITION, SPEED = "slider's position d (mm)", "slider's speed v (m/s)"
 STAGES = {"initial": "a) before training", "converged": "b) after training"}
 FORCES = "RdBu_r"

@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.slider_crank.tables import INDIGO, WINE, number, plain_log_x, table
 from unmodelled.report.figures.style import GREY, ORANGE, new_figure, signed, styled
-
-Array = NDArray[np.float64]
 
 #: A set that is exactly collinear, or absorbed by the network, is drawn here.
 LARGEST = 100.0

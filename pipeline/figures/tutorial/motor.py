@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools
 from pipeline.figures.tutorial.tables import (
     CURRENT,
     EFFICIENCY,
@@ -102,8 +102,8 @@ def _errors(
     name: str,
     curve: pd.DataFrame,
     networks: pd.DataFrame,
-    truth: NDArray[np.float64],
-    where: NDArray[np.bool_],
+    truth: Array,
+    where: Bools,
 ) -> None:
     """A title with the errors of both at the currents `where`."""
     predicted = networks.pivot(index="seed", columns="current", values="efficiency").to_numpy()

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, State
+from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
 
 class Balance(Machine):

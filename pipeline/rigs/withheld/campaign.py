@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
 from pipeline.rigs.withheld.effects.effect import Plan
@@ -131,7 +131,7 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
     write_json(folder / "provenance.json", {"data": "virtual", "description": description})
 
 
-def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
+def add_runs(case: Case, commands: Array, folder: Path) -> None:
     """Add runs with given commands to a log folder of the case, at the conditions of its first run.
 
     Takes commands (samples, runs).

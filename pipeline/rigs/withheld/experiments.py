@@ -6,15 +6,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 from pipeline.rigs.withheld.stepping import Motion, move
 
-Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 _SLOWEST = 0.3  # Hz
 #: Times, s, and the highest frequency, Hz -> a signal between -1 and 1.

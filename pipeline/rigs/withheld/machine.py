@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Plantable, Port, PortEffect
 
-Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
 Forces = Sequence[tuple[str, PortEffect]]
 

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, State
+from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
 
 class Mechanism(Machine):
@@ -107,7 +107,7 @@ class Mechanism(Machine):
             new = new + np.where(moving, change, change / dt)
         return State(np.where(moving, middle + 0.5 * dt * new, q + dt * new), new, v)
 
-    def _moving(self, q: Array) -> NDArray[np.bool_]:
+    def _moving(self, q: Array) -> Bools:
         """Whether a row is a coordinate, (d, 1)."""
         return np.asarray(np.arange(len(q))[:, None] < len(q) - self.levels)
 

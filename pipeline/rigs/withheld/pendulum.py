@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,
@@ -18,7 +19,7 @@ from pipeline.rigs.withheld.effects import (
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
+from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 
 _COUNT = 2.0 * np.pi / 8192
 

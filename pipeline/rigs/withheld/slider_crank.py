@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,
@@ -19,7 +20,7 @@ from pipeline.rigs.withheld.effects import (
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
+from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 
 _GRAVITY = 9.81
 _COUNT = 2.0 * np.pi / 8192

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Part
-from pipeline.rigs.withheld.effects.effect import Array
 from pipeline.rigs.withheld.machine import Conditions, Machine
 
 FILTER = 0.003, 0.008  # s

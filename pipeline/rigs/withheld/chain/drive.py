@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, Part, VaryingPart
 from pipeline.rigs.withheld.effects.actuators import Gain
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect
 from pipeline.rigs.withheld.machine import Machine
 
 LAG = 0.001, 0.005  # s

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, Part, Readings
-from pipeline.rigs.withheld.effects.effect import Array
 from pipeline.rigs.withheld.machine import Machine
 
 CUT_OFF = 20.0, 120.0  # Hz

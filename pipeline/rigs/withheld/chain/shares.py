@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.chain.measuring import built, planted
 from pipeline.rigs.withheld.chain.part import Part
-from pipeline.rigs.withheld.effects.effect import Array, Plan
+from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.experiments import seen
 from pipeline.rigs.withheld.stepping import Motion, follow
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import lfilter
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, Part, Readings
-from pipeline.rigs.withheld.effects.effect import Array
 from pipeline.rigs.withheld.machine import Machine
 
 WINDOW = 0.004, 0.02  # s

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, VaryingPart
-from pipeline.rigs.withheld.effects.effect import Array, Effect, Port
+from pipeline.rigs.withheld.effects.effect import Effect, Port
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Machine
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Port, PortEffect, SensorEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Port, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import stopping
 
 

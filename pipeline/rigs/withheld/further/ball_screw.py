@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,
@@ -17,7 +18,7 @@ from pipeline.rigs.withheld.effects import (
     sensors,
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.machine import Array, Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
 
 
