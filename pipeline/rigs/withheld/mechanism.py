@@ -87,16 +87,7 @@ class Mechanism(Machine):
         return Port(along @ q, along @ np.where(self._moving(q), v, q), response, -along @ response)
 
     def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
-        """Return the state after a step: coordinates as every machine, levels by the midpoint rule.
-
-        Args:
-            dt: length of the step, s.
-            t: time since the start of the run, s.
-            state: state before the step.
-            u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
-            forces: port and force of every planted force.
-        """
+        # coordinates as every machine, levels by the midpoint rule
         q, v, before = state
         moving = self._moving(q)
         middle = q + 0.5 * dt * v
