@@ -56,12 +56,7 @@ def move(
 
 
 def follow(
-    machine: Machine,
-    plan: Plan,
-    motion: Motion,
-    steps: int,
-    forces: Forces,
-    drive: Sequence[ActuatorEffect],
+    machine: Machine, plan: Plan, motion: Motion, steps: int, forces: Forces, drive: Sequence[ActuatorEffect]
 ) -> Motion:
     """Run the machine with the commands of `motion`, in windows of `steps` samples from its states.
 

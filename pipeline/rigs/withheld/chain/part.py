@@ -76,11 +76,6 @@ class Part:
         return {"part": type(self).__name__, "parameters": numbers}
 
 
-def sensor_of(machine: Machine, output: str) -> Sensor:
-    """Return the sensor of an output."""
-    return next(sensor for sensor in machine.sensors if sensor.output == output)
-
-
 @dataclass(frozen=True)
 class VaryingPart(Part):
     """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero.
