@@ -13,8 +13,7 @@ import numpy as np
 import pandas as pd
 
 from pipeline.arrays import Array
-from pipeline.cam_follower.efficiency import efficiency
-from pipeline.cam_follower.static import fit_motor, fit_network
+from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
 from pipeline.chapters import chapter2
 from pipeline.chapters.claims import complete
 from pipeline.revision import revision

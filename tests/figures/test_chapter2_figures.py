@@ -103,7 +103,7 @@ def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_pat
 
 def test_the_shares_of_the_power_add_up_to_one() -> None:
     """E_a (I - B' E_a) / (V I), R_a I / V and B' E_a^2 / (V I), as the figure stacks them."""
-    from pipeline.cam_follower.efficiency import efficiency
+    from pipeline.cam_follower.static import efficiency
 
     current, voltage, resistance, friction = np.array([3.0, 9.0, 20.0]), 200.0, 5.0, 0.006
     emf = 1.0 - resistance * current / voltage
