@@ -16,8 +16,7 @@ from torch import Generator, Tensor, nn
 from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.conditions import Bench, Conditions
 from pipeline.cam_follower.dataset import Dataset
-from pipeline.cam_follower.dynamics import Dynamics
-from pipeline.cam_follower.relu_ode import raw_inputs
+from pipeline.cam_follower.dynamics import Dynamics, raw_inputs
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.progress import track
 

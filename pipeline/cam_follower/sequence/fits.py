@@ -80,7 +80,7 @@ def _checked(path: Path) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Fits:
+class Fits(Fitted):
     """All networks of a folder.
 
     Attributes:
@@ -95,17 +95,10 @@ class Fits:
 
     @property
     def folds(self) -> list[str]:
-        """Names of the folds."""
         return list(self.networks)
 
     @property
-    def parts(self) -> dict[str, Fitted]:
-        """Models that these networks build on: none."""
-        return {}
-
-    @property
     def explainable(self) -> Mapping[str, list[DetachmentNetwork]]:
-        """Networks of every fold, one per repeat."""
         return self.networks
 
     def sequences(self, campaign: Campaign) -> Sequences:
@@ -121,10 +114,6 @@ class Fits:
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Predict the detachment eps of all runs of a campaign by every repeat of a fold.
-
-        Gives (repeats, runs, steps) in m.
-        """
         return self.predict(fold, self.sequences(campaign))
 
 
