@@ -54,7 +54,7 @@ def attribute(
 
     - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
     - points: exp, step, feature, phi (m), value (of the input, in SI units) and base (m), of every tenth step
-      of all explained runs; `pipeline.figures.jumps.explanation` makes a `shap.Explanation` of them;
+      of all explained runs; `pipeline.figures.jumps.contributions` makes a `shap.Explanation` of them;
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 

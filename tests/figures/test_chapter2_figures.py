@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.tutorial import flexibility, forecast, motor
+from pipeline.figures.tutorial import forecast, motor
 from tests.figures.checks import (
     Draw,
     check_caption,
@@ -112,7 +112,7 @@ def test_the_shares_of_the_power_add_up_to_one() -> None:
 
 
 def test_panels_show_the_smallest_largest_and_best_network(folder: Path) -> None:
-    found = titles(flexibility.flexibility(folder))
+    found = titles(motor.flexibility(folder))
     assert found[0].startswith("a: underfit, 1 neuron\n") and "RMSE 10 ‰ in training, 21 ‰" in found[0]
     assert found[1].startswith("b: overfit, 16 neurons\n") and "31 ‰ on new samples" in found[1]
     assert found[2].startswith("c: balance, 2 neurons\n") and "12 ‰ on new samples" in found[2]

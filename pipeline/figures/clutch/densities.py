@@ -19,7 +19,6 @@ from pipeline.figures.clutch.tables import (
     MAXIMUM_ENTROPY,
     MONTE_CARLO,
     OPTIMA,
-    WINE,
     about,
     alpha_text,
     area_of,
@@ -27,6 +26,7 @@ from pipeline.figures.clutch.tables import (
     optima,
     table,
 )
+from pipeline.figures.palette import WINE
 from unmodelled.report.figures.style import absent, new_figure, styled
 
 #: Share of the width of the bounds that is shown around them.

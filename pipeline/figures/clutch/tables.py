@@ -12,11 +12,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
 
 from pipeline.arrays import Array
+from pipeline.figures.palette import INDIGO
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
-INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: The campaign of all figures that do not compare campaigns.
 CAMPAIGN = "clutch"
 GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"

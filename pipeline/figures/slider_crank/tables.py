@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from pipeline.arrays import Array, Bools
+from pipeline.figures.palette import INDIGO
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, ORANGE
 
-INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 RMSE = "RMSE of ω (rad/s)"
 #: Share of the test signals that an interval covers, the most accurate ones.
 COVERED = 0.9
