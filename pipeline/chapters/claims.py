@@ -26,6 +26,11 @@ Row = dict[str, Any]
 SEPARATED = 0.95
 
 
+def row(chapter: int, id_: str, page: str, claim: str, **rest: Any) -> Row:
+    """Return the row of a claim."""
+    return {"id": id_, "chapter": chapter, "page": page, "claim": claim, **rest}
+
+
 def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: str) -> list[Row]:
     """Return the claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger."""
     equal, total = cells
