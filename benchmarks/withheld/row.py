@@ -12,7 +12,7 @@ from benchmarks.head_to_head.ours import FileParameters
 from benchmarks.withheld.case import Case
 from benchmarks.withheld.entrant import Entrant
 from benchmarks.withheld.score import ANSWER, NUMBERS, Row, read_answer, score, unanswered
-from pipeline.chapters import real_judged
+from pipeline.chapters import real
 from pipeline.chapters.reported import read_told
 from pipeline.withheld.folders import TRUTH, VALIDATION
 from pipeline.withheld.judging import NAMING, Planted
@@ -97,7 +97,7 @@ def judged(case: Case, out: Path) -> Row:
 
 def _text(effect: Mapping[str, Any]) -> str:
     more = len(effect["indistinguishable"])
-    return real_judged.named(effect) + (f" (or {more} more)" if more else "")
+    return real.named(effect) + (f" (or {more} more)" if more else "")
 
 
 def answer_of(diagnosis: Mapping[str, Any]) -> Row:
@@ -117,13 +117,13 @@ def answer_of(diagnosis: Mapping[str, Any]) -> Row:
 def _of_real(case: Case, said: Mapping[str, Any]) -> Row:
     """Of a measured machine: `right` is whether the answer holds."""
     assert case.known is not None
-    wanted, asserted = case.known.effects, real_judged.asserted(said)
-    found = real_judged.judged(case.known, said)
-    names = [{*map(real_judged.named, (e, *e["indistinguishable"]))} for e in asserted]
-    first = bool(asserted) and any(real_judged.named(asserted[0]) in one for one in wanted)
+    wanted, asserted = case.known.effects, real.asserted(said)
+    found = real.judged(case.known, said)
+    names = [{*map(real.named, (e, *e["indistinguishable"]))} for e in asserted]
+    first = bool(asserted) and any(real.named(asserted[0]) in one for one in wanted)
     held = [any(one & said for said in names) for one in wanted]
     tests: list[Callable[[Mapping[str, Any]], bool]] = [
-        lambda e, one=one: real_judged.named(e) in one  # type: ignore[misc]
+        lambda e, one=one: real.named(e) in one  # type: ignore[misc]
         for one in wanted
     ]
     return {

@@ -16,9 +16,8 @@ import torch
 from torch import Tensor
 
 from pipeline.attribution.background import check_inputs, shares_of_references
-from pipeline.attribution.groups import positions
 from pipeline.attribution.recurrent import Recurrent, Trace
-from pipeline.attribution.result import Attribution
+from pipeline.attribution.result import Attribution, positions
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput

@@ -1,18 +1,59 @@
-"""Arrange attributions in tables."""
+"""Choose runs to explain and runs to refer to, and tabulate attributions of chapter 5."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from pipeline.arrays import Indices
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley
-from pipeline.attribution.groups import players
-from pipeline.attribution.result import Attribution, agreement, relative_shares
+from pipeline.attribution.result import Attribution, agreement, players, relative_shares
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
+from unmodelled.base.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Randomly chosen rows of the table of experiments.
+
+    Attributes:
+        runs: jump runs to explain, which were not trained on, shape (runs,).
+        references: contact runs that were trained on, the longest first, because every step of a run needs a
+            reference of this length, shape (references,).
+        exact_runs: subset of `runs` that is also explained exactly, shape (exact runs,).
+        exact_references: subset of `references` for the exact explanation, shape (exact references,).
+    """
+
+    runs: Indices
+    references: Indices
+    exact_runs: Indices
+    exact_references: Indices
+
+    @classmethod
+    def of(
+        cls, experiments: pd.DataFrame, train: Indices, test: Indices, sizes: Mapping[str, Any], seed: int
+    ) -> Choice:
+        """Draw runs and references.
+
+        Takes train (training experiments,), test (test experiments,).
+        """
+        label = experiments["label"].to_numpy()
+        jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]
+        for name, rows in (("jump run among the test runs", jumps), ("contact run to refer to", contact)):
+            if not len(rows):
+                raise BadInput(f"there is no {name}")
+        generator = np.random.default_rng(seed)
+        longest = contact[np.argmax(experiments["samples"].to_numpy()[contact])]
+        others = generator.permutation(contact[contact != longest])
+        runs = generator.permutation(jumps)[: sizes["explained_runs"]]
+        references = np.array([longest, *others])[: sizes["references"]]
+        return cls(runs, references, runs[: sizes["exact_runs"]], references[: sizes["exact_references"]])
 
 
 def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
@@ -67,10 +108,7 @@ def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.Data
 
 
 def against_exact(
-    network: DetachmentNetwork,
-    runs: Sequences,
-    background: Sequences,
-    groups: Mapping[str, Sequence[str]],
+    network: DetachmentNetwork, runs: Sequences, background: Sequences, groups: Mapping[str, Sequence[str]]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Compare DeepSHAP with exact Shapley values."""
     names = (*network.inputs.features, *network.inputs.settings)

@@ -12,14 +12,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounced, on_cams
 from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Angles per turn of the tabulated pitch curve.
 TABLE = 7200

@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, check_finite
 from pipeline.cam_follower.bounce_kernel import Stretches
 from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Length of a stretch, s: one or two impacts. Over more of them a small error of the first decides the rest.
 STRETCH = 0.1

@@ -13,15 +13,12 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.kernels import compiled_function
 from unmodelled.base.compiling import kept
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Relative speed, m/s, below which contact no longer takes energy: the follower settles instead of sticking.
 SETTLED = 0.005

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench, Conditions
 from unmodelled.base.campaign import Campaign
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import jumps
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.lstm import DetachmentNetwork
@@ -22,28 +22,26 @@ from unmodelled.base.progress import track
 from unmodelled.learning.recipe import Recipe, Tables, check_folds, refused
 from unmodelled.learning.splits import Split
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
-
-class Fitted(Protocol):
+class Fitted(ABC):
     """Fits of some folds, each with its repeats."""
 
     @property
+    @abstractmethod
     def folds(self) -> list[str]:
         """Names of the folds."""
-        ...
 
     @property
     def parts(self) -> Mapping[str, Fitted]:
-        """Models that this model builds on and that also predict alone, by name."""
-        ...
+        """Models that this model builds on and that also predict alone, by name; default: none."""
+        return {}
 
     @property
     def explainable(self) -> Mapping[str, Sequence[DetachmentNetwork]]:
-        """Networks of every fold whose inputs are signals of the campaign, one per repeat; may be empty."""
-        ...
+        """Networks of every fold whose inputs are signals of the campaign, one per repeat; default: none."""
+        return {}
 
+    @abstractmethod
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Predict the detachment eps of all runs by every repeat of a fold.
 
@@ -54,17 +52,17 @@ class Fitted(Protocol):
         Returns:
             Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
         """
-        ...
 
 
-class DetachmentRecipe(Protocol):
+class DetachmentRecipe(ABC):
     """A model of the detachment and its training, as a file of conf/detachment/ describes them."""
 
     @property
+    @abstractmethod
     def samples(self) -> int:
         """Number of samples after which a run is cut off."""
-        ...
 
+    @abstractmethod
     def fit(
         self,
         campaign: Campaign,
@@ -87,17 +85,23 @@ class DetachmentRecipe(Protocol):
             device: `cpu` for the compiled kernel (default), or a device of torch such as `cuda`.
 
         Returns:
-            Time that all fits took, core seconds.
-        """
-        ...
+            Time that all fits took, whenever they were made, core seconds.
 
+        Raises:
+            BadInput: when the data do not suit the model, or `out` holds a damaged fit or a fit of other
+                features.
+        """
+
+    @abstractmethod
     def read(self, folder: Path) -> Fitted:
         """Read the models that `fit` wrote.
 
         Args:
             folder: folder of the results.
+
+        Raises:
+            BadInput: when the fits are not complete, or a file is missing, damaged or of another training.
         """
-        ...
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,16 @@ from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
 from pipeline.cam_follower.integrate import Method, rollout
 
 
+def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+    """Return the inputs d_BB: sine and cosine of the angle, speed, and the settings V, m, H and beta (section
+    6.4.3).
+
+    Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs, 7).
+    """
+    settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
+    return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
+
+
 class Dynamics(nn.Module, ABC):
     """A stack of `batch` independently fitted models of the acceleration of the shaft.
 
@@ -44,6 +54,19 @@ class Dynamics(nn.Module, ABC):
         Returns:
             Acceleration, rad/s^2, shape (batch, runs).
         """
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of the network in the model; the default are those of f_BB.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, inputs).
+        """
+        return raw_inputs(theta, omega, q)
 
     def begin(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         """Return the memory at the start of a run; empty for a model without one.

@@ -9,19 +9,17 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.conditions import Bench, CamTable
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.motor import Motor
 from pipeline.cam_follower.rollout import residual
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
-
-Array = NDArray[np.float64]
 
 #: J (kg m^2), k_V (N m/V), k_omega (N m s/rad), T_c, T_s (N m), omega_s (rad/s): a decade around a motor of
 #: some tens of watts behind a gear, found without looking at any log.

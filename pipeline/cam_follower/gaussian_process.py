@@ -7,21 +7,18 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, Kernel, WhiteKernel
 from threadpoolctl import threadpool_limits
 from torch import Generator, Tensor, nn
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.dataset import Dataset, Indices
-from pipeline.cam_follower.dynamics import Dynamics
-from pipeline.cam_follower.relu_ode import raw_inputs
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.dynamics import Dynamics, raw_inputs
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.progress import track
-
-Array = NDArray[np.float64]
 
 #: Inputs of f_BB.
 INPUTS = 7

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 import torch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.contact import minimal_force
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.metrics import angle_mse, time_mse
 from unmodelled.base.progress import track
 from unmodelled.learning.splits import Fold
-
-Array = NDArray[np.float64]
 
 #: A simulation may take this much longer than the measurement to travel the same angle.
 STRETCH = 1.6
@@ -43,7 +41,7 @@ class Simulations:
 
 
 def simulate_tests(
-    model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: NDArray[np.int64]
+    model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices
 ) -> Simulations:
     """Simulate the test experiments of every fold from their first measured state.
 
@@ -92,9 +90,7 @@ def _measured(dataset: Dataset, run: int) -> tuple[Array, Array]:
     return dataset.theta[samples].double().numpy(), dataset.omega[samples].double().numpy()
 
 
-def explore(
-    model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: NDArray[np.int64]
-) -> pd.DataFrame:
+def explore(model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices) -> pd.DataFrame:
     """Predict the minimal contact force at every setting of the campaign, from standstill.
 
     Takes exp (experiments,).

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Indices
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Tables = dict[str, pd.DataFrame]
 
 #: mm^2 in a m^2.

@@ -5,11 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
-
-Array = NDArray[np.float64]
 
 
 def unwrapped(theta: Array) -> Array:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import torch
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower.conditions import Bench
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.linear import Linear
 from pipeline.cam_follower.sampler import once_per_fold
 

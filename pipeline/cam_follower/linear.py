@@ -6,8 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.dynamics import Dynamics
-from pipeline.cam_follower.relu_ode import raw_inputs
+from pipeline.cam_follower.dynamics import Dynamics, raw_inputs
 
 
 class Linear(Dynamics):
@@ -23,16 +22,6 @@ class Linear(Dynamics):
         self.weights = nn.Parameter(torch.zeros(batch, 8, 1), requires_grad=False)
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of f_BB and a constant one.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 8).
-        """
         inputs = raw_inputs(theta, omega, q)
         return torch.cat([inputs, torch.ones_like(inputs[..., :1])], -1)
 

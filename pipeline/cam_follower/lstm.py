@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Generator, Tensor, nn
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
 
 #: Runs that are predicted together.
 CHUNK = 256

@@ -8,13 +8,14 @@ import torch
 from torch import Generator, Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.relu_ode import BlackBox, OfSettings, ReluNetwork, glorot
+from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.relu_ode import BlackBox, ReluNetwork, glorot
 
 #: Of the inputs of f_BB, those that change during a run: sine and cosine of the angle, and the speed.
 CHANGING = 3
 
 
-class Remembering(OfSettings):
+class Remembering(Dynamics):
     """A model that reads the inputs of f_BB and a memory of the samples before."""
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pipeline.arrays import Array
 
 
 def project_on_angle(angle: Array, simulated_angle: Array, simulated: Array) -> Array:

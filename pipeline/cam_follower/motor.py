@@ -86,16 +86,6 @@ class MotorHybrid(Motor):
         self.network.W_o.data.zero_()
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of the network: those of the soft hybrid, and the cam's H and beta.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 7).
-        """
         dh, d2h = self.cams(q.cam, theta)
         return self._inputs(dh, d2h, omega, q)
 

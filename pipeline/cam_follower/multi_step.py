@@ -5,8 +5,9 @@ from __future__ import annotations
 import torch
 from torch import Generator, Tensor
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower import free_run
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.integrate import step
 from pipeline.cam_follower.motor import Motor, MotorHybrid
 from pipeline.cam_follower.one_step import Networked, new_model

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import torch
 from torch import Generator, Tensor
 
-from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.arrays import Indices
+from pipeline.cam_follower.conditions import Bench
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.progress import Counter
@@ -28,8 +28,7 @@ def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generato
     Takes folds (experiments,).
     """
     probe = build(dataset.bench, torch.ones(1, 1), generator)
-    inputs: Callable[[Tensor, Tensor, Conditions], Tensor] = probe.inputs  # type: ignore[assignment]
-    values = inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
+    values = probe.inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
     return build(dataset.bench, input_scale(values, dataset, folds), generator)
 
 

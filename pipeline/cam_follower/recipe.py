@@ -10,8 +10,9 @@ from typing import Any
 
 import torch
 
+from pipeline.arrays import Indices
 from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.held_out import explore, simulate_tests
 from unmodelled.base.campaign import Campaign

@@ -52,16 +52,6 @@ def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
     return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
 
 
-def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """Return the inputs d_BB: sine and cosine of the angle, speed, and the settings V, m, H and beta (section
-    6.4.3).
-
-    Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs, 7).
-    """
-    settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
-    return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
-
-
 def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
     """Return the inputs d_H1 = d_H2: the cam's derivatives instead of angle, H and beta (section 6.4.4).
 
@@ -71,19 +61,7 @@ def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
 
-class OfSettings(Dynamics):
-    """A model that reads angle, speed and settings: the inputs of f_BB."""
-
-    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of the network.
-
-        Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs,
-        inputs).
-        """
-        return raw_inputs(theta, omega, q)
-
-
-class BlackBox(OfSettings):
+class BlackBox(Dynamics):
     """Model f_BB: the network maps angle, speed and settings to the acceleration (section 6.4.3).
 
     Args:
@@ -152,16 +130,6 @@ class Hybrid(Dynamics):
         self._equation = torch_function(physics.ACCELERATION, (*symbols, *physics.CONSTANTS))
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of the network.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 5).
-        """
         dh, d2h = self.cams(q.cam, theta)
         return cam_inputs(dh, d2h, omega, q)
 

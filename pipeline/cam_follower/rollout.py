@@ -6,16 +6,12 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.integrate import SPEED_LIMIT
 from pipeline.cam_follower.kernels import compiled_function
 from unmodelled.base.compiling import compiled
-
-Array = NDArray[np.float64]
-
 
 _SYMBOLS = (physics.T_d, physics.theta, physics.omega, physics.dh, physics.d2h, physics.m, physics.V)
 _equation = compiled_function(

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable
 import torch
 from torch import Generator, Tensor
 
-from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.arrays import Indices
+from pipeline.cam_follower.dataset import Dataset
 
 
 class Sampler:

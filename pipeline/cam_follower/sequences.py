@@ -6,13 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: The angle enters by its sine and cosine, which stay within the data however far the cam turns (5.4.3).
 _DERIVED: Mapping[str, Callable[[Array], Array]] = {"sin(theta)": np.sin, "cos(theta)": np.cos}
@@ -88,9 +85,9 @@ class Sequences:
         return len(self.runs)
 
     @property
-    def mask(self) -> NDArray[np.bool_]:
+    def mask(self) -> Bools:
         """Whether a sample belongs to its run rather than to the padding, shape (runs, steps)."""
-        real: NDArray[np.bool_] = np.arange(self.features.shape[1]) < self.lengths[:, None]
+        real: Bools = np.arange(self.features.shape[1]) < self.lengths[:, None]
         return real
 
     def of_runs(self, rows: Indices) -> Sequences:

@@ -1,32 +1,74 @@
-"""The bounce simulation as a model of the detachment, without a network."""
+"""The bounce simulation as a model of the detachment, alone or with a network that is added in flight."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+from torch import Tensor
 
-from pipeline.cam_follower.bounce import BounceParameters
+from pipeline.arrays import Array, Indices
+from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.bounce_fitting import AWAY, START, STRETCH, fit_bounce
-from pipeline.cam_follower.bounce_gate import with_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.cam_follower.detachment import Fitted
-from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.detachment import DetachmentRecipe, Fitted
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.workers import threads_of
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 #: Written when all folds of a folder are there.
 SUMMARY = "bounce.json"
+
+Signal = TypeVar("Signal", Array, Tensor)
+
+
+def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
+    """Return the factor, 0 to 1, that sets the prediction to zero in simulated contact.
+
+    Takes contact (samples,), offsets (runs + 1,); gives (samples,).
+    """
+    flight = 1.0 - contact
+    runs = [maximum_filter1d(flight[a:b], 2 * reach + 1) for a, b in pairwise(offsets)]
+    return np.concatenate(runs)
+
+
+def gated(opening: Signal, eps_bounce: Signal, network: Signal) -> Signal:
+    """Return the detachment of the hybrid model, m: zero in contact, simulation plus network in flight.
+
+    Takes eps_bounce in m, network in m; gives (same shape).
+    """
+    return opening * (eps_bounce + network)
+
+
+def with_bounce(
+    campaign: Campaign,
+    mechanism: CamFollower,
+    parameters: BounceParameters,
+    members: int = 1,
+    spread: float = 0.1,
+    reach: int = 2,
+) -> Campaign:
+    """Add the signals eps_bounce (m), contact and gate (both 0 to 1) to a campaign."""
+    bounce = simulate(CamMotion.of(campaign, mechanism), parameters, members, spread)
+    opening = gate(bounce.contact, campaign.offsets, reach)
+    extra = {"eps_bounce": bounce.eps, "contact": bounce.contact, "gate": opening}
+    return replace(campaign, signals={**campaign.signals, **extra})
+
+
+def residual(campaign: Campaign) -> Campaign:
+    """Replace the signal eps by the training target of the hybrid's network: gate * (eps - eps_bounce)."""
+    eps, simulated, opening = (
+        np.asarray(campaign.signals[name], np.float64) for name in ("eps", "eps_bounce", "gate")
+    )
+    return replace(campaign, signals={**campaign.signals, "eps": opening * (eps - simulated)})
 
 
 @dataclass(frozen=True)
@@ -54,7 +96,7 @@ class Ensemble:
 
 
 @dataclass(frozen=True)
-class BounceFits:
+class BounceFits(Fitted):
     """Identified simulations of all folds.
 
     Attributes:
@@ -69,18 +111,7 @@ class BounceFits:
 
     @property
     def folds(self) -> list[str]:
-        """Names of the folds."""
         return list(self.parameters)
-
-    @property
-    def parts(self) -> dict[str, Fitted]:
-        """Models that the simulation builds on: none."""
-        return {}
-
-    @property
-    def explainable(self) -> dict[str, list[DetachmentNetwork]]:
-        """Networks of the folds: none, because a simulation has no network."""
-        return {}
 
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:
         """Simulate the first samples of every run, and add the signals eps_bounce (m), contact and gate (0 to
@@ -91,18 +122,18 @@ class BounceFits:
         return with_bounce(short, self.mechanism, self.parameters[fold], how.members, how.spread, how.reach)
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Predict the detachment eps of all runs; zero in simulated contact.
-
-        Gives (1, runs, steps) in m.
-        """
         inputs = SequenceInputs(("eps_bounce", "gate"))
         signals = Sequences.of(self.simulated(fold, campaign), inputs).features
         return np.asarray(signals.prod(-1)[None])
 
 
 @dataclass(frozen=True)
-class BounceRecipe:
+class BounceRecipe(DetachmentRecipe):
     """The bounce simulation and its identification.
+
+    `fit` writes the identified parameters of every fold, and bounce.json when all folds are complete. Nothing
+    is random: all repeats are the same for every seed. All fits run on the processor. The detachment is zero
+    in simulated contact.
 
     Attributes:
         mechanism: constants of the bench.
@@ -128,25 +159,6 @@ class BounceRecipe:
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Write the identified parameters of every fold, and bounce.json when all folds are complete.
-
-        Nothing is random: all repeats are the same for every seed. All fits run on the processor.
-
-        Args:
-            campaign: resampled runs with the signals t, theta and eps.
-            folds: rows of the training runs by the name of the fold, each of shape (runs,).
-            repeats: unused, because all repeats are the same.
-            seed: unused, because nothing is random.
-            out: folder of the results.
-            workers: number of fits that run side by side; default 2.
-            device: unused, because all fits run on the processor.
-
-        Returns:
-            Time that all fits took, core seconds.
-
-        Raises:
-            BadInput: when the data do not suit the simulation.
-        """
         ensemble = Ensemble(self.members, self.spread, self.reach, self.samples)
         begin = time.process_time()
         with threads_of(workers) as pool:
@@ -158,14 +170,6 @@ class BounceRecipe:
         return time.process_time() - begin
 
     def read(self, folder: Path) -> BounceFits:
-        """Read the simulations that `fit` wrote.
-
-        Args:
-            folder: folder of the results.
-
-        Raises:
-            BadInput: when a file is missing or damaged.
-        """
         summary = read_json(folder / SUMMARY)
         try:
             ensemble = Ensemble(*(summary[name] for name in ("members", "spread", "reach", "samples")))

@@ -1,4 +1,4 @@
-"""Static models fitted to samples (sections 2.2 and 2.3): physical parameters and feedforward networks."""
+"""Static models fitted to samples (sections 2.2 and 2.3): parameters of a motor, and feedforward networks."""
 
 from __future__ import annotations
 
@@ -6,15 +6,25 @@ import warnings
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.neural_network import MLPRegressor
 from threadpoolctl import threadpool_limits
 
-from pipeline.cam_follower.efficiency import efficiency
+from pipeline.arrays import Array
 
-Array = NDArray[np.float64]
+
+def efficiency(current: Array, voltage: float, resistance: float, friction: float) -> Array:
+    """Return the ratio of mechanical to electrical power.
+
+    With E_a = V - R_a I, omega = E_a / K and T = K I, the mechanical power (T - B omega) omega is E_a (I - B'
+    E_a) with B' = B / K^2, independent of the motor constant K.
+
+    Takes current (n,) in A, voltage in V, resistance in Ohm, friction in A/V; gives (n,).
+    """
+    emf = voltage - resistance * current
+    return np.asarray(emf * (current - friction * emf) / (voltage * current))
+
 
 #: Where the search for the motor's parameters starts: Ohm, A/V.
 START = (1.0, 0.001)

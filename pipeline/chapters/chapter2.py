@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, Delaunay
 
+from pipeline.arrays import Array, Bools
 from pipeline.chapters.claims import Row
 from pipeline.chapters.leaves import spread_leaf
 from pipeline.chapters.verdicts import order_verdict
-
-Array = NDArray[np.float64]
 
 STATIC = (
     "virtual motor at 200 V; both models fitted to the same samples; RMSE against the noise-free efficiency; "
@@ -41,7 +39,7 @@ class Region:
         self.outline: Array = states[ConvexHull(states).vertices]
         self._inside = Delaunay(self.outline)
 
-    def holds(self, states: Array) -> NDArray[np.bool_]:
+    def holds(self, states: Array) -> Bools:
         """Tell whether the region contains states.
 
         Takes states (..., 2); gives (...,).

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pipeline.chapters.claims import Row
+from pipeline.arrays import Array
+from pipeline.chapters.claims import Row, row
 from pipeline.chapters.leaves import SAMPLES, mean_leaf, spread_leaf
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW, order_verdict
 
-Array = NDArray[np.float64]
+_row = partial(row, 4)
 
 PROTOCOL = (
     "leave one trajectory out of twenty; free run of the whole held-out trajectory from its own measured "
@@ -94,10 +95,6 @@ def claims(
         _identifiable(history, chapter["parameters"], advice),
         _spring(chapter["recovered"]),
     ]
-
-
-def _row(id_: str, page: str, claim: str, **rest: Any) -> Row:
-    return {"id": id_, "chapter": 4, "page": page, "claim": claim, **rest}
 
 
 def _gain(errors: pd.DataFrame) -> Row:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from pipeline.chapters import published
 from pipeline.chapters.summary import per_repeat
@@ -21,11 +20,15 @@ from pipeline.chapters.verdicts import (
     worst,
 )
 
-Array = NDArray[np.float64]
 Row = dict[str, Any]
 
 #: Accuracy from which F-dagger separates contact from jump.
 SEPARATED = 0.95
+
+
+def row(chapter: int, id_: str, page: str, claim: str, **rest: Any) -> Row:
+    """Return the row of a claim."""
+    return {"id": id_, "chapter": chapter, "page": page, "claim": claim, **rest}
 
 
 def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: str) -> list[Row]:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.parquet import read_parquet
@@ -16,8 +15,6 @@ from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.phases import trajectories
-
-Array = NDArray[np.float64]
 
 EVENT = "shift"
 #: Signals of the system file that figures 3.19 and 3.20 show.

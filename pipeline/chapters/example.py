@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos, Expansion
 from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.families import ClippedNormal
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.propagation import standardised
 from unmodelled.uncertainty.push_forward import monotone_density
-
-Array = NDArray[np.float64]
 
 FAMILY = ClippedNormal(-2.0, 5.0)
 ALPHA = np.array([[0.0, 2.0]])

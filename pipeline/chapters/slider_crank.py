@@ -7,16 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Name in the system file, in formulas, meaning, and name on the virtual bench.
 PARAMETERS = (

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters import published
 from pipeline.chapters.leaves import median_interval
 
-Array = NDArray[np.float64]
 Leaf = dict[str, Any]
 
 

@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from math import comb, factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters.leaves import median_interval
-
-Array = NDArray[np.float64]
 
 HOLDS, DIRECTION, FAILS = "holds", "holds in direction", "does not hold"
 UNTESTED, TOO_FEW = "cannot be tested on these data", "too few repeats"

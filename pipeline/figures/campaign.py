@@ -6,27 +6,18 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-import pandas as pd
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters.boundary import measured
-from pipeline.figures.examples import levels
-from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from unmodelled.base.campaign import Campaign
+from pipeline.figures.examples import experiments_of, levels
+from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
 from unmodelled.report.figures.style import BLACK, LABELS, new_figure, styled
-
-Array = NDArray[np.float64]
 
 #: Trajectories are cut to this many samples before a recurrent network learns from them (section 5.4.2).
 TRUNCATION = 4000
-
-
-def _experiments(data: Path) -> pd.DataFrame:
-    return Campaign.read(data / "trajectories" / "cam_follower", ["exp"]).experiments
 
 
 @styled
@@ -37,7 +28,7 @@ def label_map(data: Path) -> Figure:
     of the rise. A very short rise brings them forward too: the follower then leaves the cam before the
     crest. Steep cams stall where the voltage is low.
     """
-    experiments = _experiments(data)
+    experiments = experiments_of(data, "trajectories")
     figure, panels = map_grid(experiments)
     kinds = ("contact", "jump")
     number = experiments["label"].map({kind: float(i) for i, kind in enumerate(kinds)}).to_numpy(np.float64)
@@ -57,7 +48,7 @@ def sequence_lengths(data: Path) -> Figure:
     A run ends after about the same number of revolutions, so that fast runs, which jump, are short. What lies
     to the right of the line is cut off when a recurrent network learns from these sequences.
     """
-    experiments = _experiments(data)
+    experiments = experiments_of(data, "trajectories")
     samples = experiments["samples"].to_numpy(np.float64)
     bins = np.arange(0.0, max(samples.max(), 1.5 * TRUNCATION) + 500.0, 500.0)
     figure = new_figure(3.6)
@@ -99,7 +90,7 @@ def bifurcation_map(data: Path) -> Figure:
     The line is where the share rises through the threshold of a jump (black mark in the colour bar). Left of
     it there are vibration and noise only; to its right the detachment grows tenfold within a few volts.
     """
-    experiments, bench = _experiments(data), CamFollower()
+    experiments, bench = experiments_of(data, "trajectories"), CamFollower()
     figure, panels = map_grid(experiments)
     share = 100.0 * experiments["eps_share"].to_numpy(np.float64)
     share[~(share > 0.0) | (experiments["label"] == "stall").to_numpy()] = np.nan
@@ -112,8 +103,6 @@ def bifurcation_map(data: Path) -> Figure:
     line = boundary_line(
         panels, measured(experiments, bench.jump_share), levels(experiments, "m"), "measured boundary Q"
     )
-    bar = figure.colorbar(mesh, ax=list(panels.values()), pad=0.03, aspect=35)
-    bar.set_label("$ε_{max}$ / H (%)")
+    bar = finish_map(figure, panels, mesh, line, "$ε_{max}$ / H (%)")
     bar.ax.axhline(threshold, color=BLACK, linewidth=1.8)
-    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
     return figure

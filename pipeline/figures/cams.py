@@ -5,18 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN, Cam, cycloid
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
-from pipeline.figures.examples import folded, levels, median_row
+from pipeline.figures.examples import experiments_of, folded, levels, median_row, read
 from pipeline.figures.panels import cam_grid
-from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
@@ -35,12 +33,6 @@ from unmodelled.report.figures.style import (
     thin,
 )
 
-Array = NDArray[np.float64]
-
-
-def _experiments(data: Path) -> pd.DataFrame:
-    return Campaign.read(data / "trajectories" / "cam_follower", ["exp"]).experiments
-
 
 def _around(radius: Array, phi: Array) -> tuple[Array, Array]:
     """Points of a closed curve with polar `radius` (m), mm, with phi = 0 upwards, eq. 5.23."""
@@ -55,7 +47,7 @@ def cam_shapes(data: Path) -> Figure:
     A higher stroke makes the flanks steeper, an angle far from pi makes one of them hollow. Where the word
     "undercut" stands, the roller is too large to follow the hollow.
     """
-    experiments, bench = _experiments(data), CamFollower()
+    experiments, bench = experiments_of(data, "trajectories"), CamFollower()
     figure, panels = cam_grid(experiments, panel_height=1.4)
     phi = np.linspace(0.0, TURN, 361)
     for (H, beta), axes in panels.items():
@@ -79,7 +71,7 @@ def displacement_functions(data: Path) -> Figure:
     The follower rises to the stroke H at the angle beta (dotted) and falls back in the rest of the turn,
     without dwell. The shorter of the two phases is the one with the larger accelerations.
     """
-    experiments = _experiments(data)
+    experiments = experiments_of(data, "trajectories")
     strokes, rises = levels(experiments, "H"), levels(experiments, "beta")
     figure = new_figure(3.0)
     panels = figure.subplots(1, len(rises), sharey=True, squeeze=False)[0]
@@ -103,7 +95,7 @@ def pitch_curve(data: Path) -> Figure:
     the roller rests on the base circle. On a steep flank the roller touches the cam ahead of or behind the
     line of motion, so that the pitch curve is not just the perimeter moved outwards along the radius.
     """
-    experiments = _experiments(data)
+    experiments = experiments_of(data, "trajectories")
     H, beta = float(levels(experiments, "H")[-1]), float(levels(experiments, "beta")[-1])
     cam = CamFollower().cam(H, beta)
     phi = np.linspace(0.0, TURN, 721)
@@ -147,7 +139,7 @@ def pitch_curve_against_measurement(data: Path) -> Figure:
     All full revolutions of one run lie on top of each other; it turns the tallest cam that has a run in
     contact. The residuals below show that only the pitch curve, which knows the roller, describes the motion.
     """
-    campaign = Campaign.read(data / "trajectories" / "cam_follower", ["theta", "y"])
+    campaign = read(data, "trajectories", "theta", "y")
     figure = new_figure(5.6, 8.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     contacts = campaign.experiments[campaign.experiments["label"] == "contact"]

@@ -11,22 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
-from pipeline.figures.examples import levels, median_row, nominal_and_bouncing
-from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from unmodelled.base.campaign import Campaign
+from pipeline.figures.examples import experiments_of, levels, median_row, nominal_and_bouncing, read
+from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
 from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
-Array = NDArray[np.float64]
 FORCE = "$F^†$ (N)"
-
-
-def _read(data: Path, *columns: str) -> Campaign:
-    return Campaign.read(data / "features" / "cam_follower", list(columns))
 
 
 @styled
@@ -37,7 +31,7 @@ def force_examples(data: Path) -> Figure:
     positive the follower stays on the cam. Where it is negative the cam would have to pull, and the follower
     leaves at that moment.
     """
-    campaign = _read(data, "t", "theta", "eps", "F_dagger")
+    campaign = read(data, "features", "t", "theta", "eps", "F_dagger")
     table = campaign.experiments
     figure = new_figure(5.4)
     panels = figure.subplots(2, 2, sharex="col", sharey="row")
@@ -78,7 +72,7 @@ def minimal_force_of_two_runs(data: Path) -> Figure:
     A smallest value above zero stands for a nominal run; below zero the minimal contact force is set to zero
     and the run counts as bouncing, without any measurement of the follower.
     """
-    campaign = _read(data, "t", "F_dagger")
+    campaign = read(data, "features", "t", "F_dagger")
     figure = new_figure(3.4)
     panels = figure.subplots(1, 2, sharey=True)
     for axes, row, kind in zip(
@@ -107,15 +101,13 @@ def mean_minimal_force_map(data: Path) -> Figure:
     The line joins the voltages where the mean is zero: to its right the force that would keep contact is
     negative (red) and the follower should jump. Values below the range of the colours share one red.
     """
-    table = _read(data, "exp").experiments
+    table = experiments_of(data, "features")
     figure, panels = map_grid(table)
     force = table["f_bar_min"].to_numpy(np.float64)
     limit = float(np.max(force, initial=1.0, where=np.isfinite(force)))
     mesh = cells(panels, table, force, mpl.colormaps["RdBu"], Normalize(-limit, limit))
     line = boundary_line(panels, _zero(table), levels(table, "m"), "mean smallest F† = 0")
-    bar = figure.colorbar(mesh, ax=list(panels.values()), pad=0.03, aspect=35, extend="min")
-    bar.set_label("mean smallest $F^†$ of the revolutions (N)")
-    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
+    finish_map(figure, panels, mesh, line, "mean smallest $F^†$ of the revolutions (N)", extend="min")
     return figure
 
 
@@ -136,7 +128,7 @@ def force_against_detachment(data: Path) -> Figure:
     F† alone should sort the runs: positive for contact, negative for jumps. Rings mark the runs where its
     sign contradicts the label; they lie close to the boundary. Both axes are stretched towards zero.
     """
-    table = _read(data, "exp").experiments
+    table = experiments_of(data, "features")
     table = table[table["label"] != "stall"].dropna(subset="f_bar_min")
     wrong = (table["label"] == "jump") != (table["f_bar_min"] < 0.0)
     figure = new_figure(4.6, 8.0)
@@ -183,7 +175,7 @@ def minimal_force_map(data: Path) -> Figure:
     The force, equation 6.12, comes from the motor side only, the line from measurements of the follower. The
     force reaches zero (light orange) where the line runs: it can stand in for the measurement of jumps.
     """
-    table = _read(data, "exp").experiments
+    table = experiments_of(data, "features")
     figure, panels = map_grid(table)
     force = np.maximum(table["f_min"].to_numpy(np.float64), 0.0)
     force[(table["label"] == "stall").to_numpy()] = np.nan
@@ -192,7 +184,5 @@ def minimal_force_map(data: Path) -> Figure:
     mesh = cells(panels, table, force, colours, Normalize(1e-9, limit))
     boundary = measured(table, CamFollower().jump_share)
     line = boundary_line(panels, boundary, levels(table, "m"), "measured boundary Q")
-    bar = figure.colorbar(mesh, ax=list(panels.values()), pad=0.03, aspect=35, extend="min")
-    bar.set_label("minimal contact force $F_{min}$ (N)")
-    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
+    finish_map(figure, panels, mesh, line, "minimal contact force $F_{min}$ (N)", extend="min")
     return figure

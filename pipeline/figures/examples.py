@@ -5,14 +5,26 @@ An experiment is identified by its row in the table.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
+from unmodelled.base.campaign import Campaign
 
-Array = NDArray[np.float64]
 FACTORS = ("V", "m", "H", "beta")
+
+
+def read(data: Path, store: str, *columns: str) -> Campaign:
+    """Read signals of the cam-follower, all by default, from a store: trajectories or features."""
+    return Campaign.read(data / store / "cam_follower", list(columns) or None)
+
+
+def experiments_of(data: Path, store: str) -> pd.DataFrame:
+    """Read the table of experiments of a store."""
+    return read(data, store, "exp").experiments
 
 
 def levels(experiments: pd.DataFrame, factor: str) -> Array:

@@ -13,14 +13,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.examples import levels
 from pipeline.figures.palette import band, handle, look, plain_log, present, shares, smallest_share, table
 from pipeline.figures.panels import STALL, edges
 from unmodelled.report.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
 
-Array = NDArray[np.float64]
 SETTING = ["H", "beta", "m"]
 
 

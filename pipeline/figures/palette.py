@@ -6,20 +6,22 @@ from pathlib import Path
 
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from unmodelled.base.parquet import read_parquet
-from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, Look
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, Look, absent, new_figure
 
+INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: In the order of legends. Blue and vermilion belong to the labels, so Tol's indigo and wine stand in.
 LOOKS = {
     "lls": Look("linear least squares", PURPLE, "v"),
     "f_bb": Look("$f_{BB}$ black box", ORANGE, "s"),
     "f_h1": Look("$f_{H1}$ soft hybrid", SKY, "o"),
-    "f_h2": Look("$f_{H2}$ hybrid", "#332288", "^"),
+    "f_h2": Look("$f_{H2}$ hybrid", INDIGO, "^"),
     "motor": Look("DC motor", GREEN, "D"),
-    "best": Look("DC motor + network", "#882255", "P"),
+    "best": Look("DC motor + network", WINE, "P"),
     "narx": Look("NARX", "#999933", "<"),
     "rnn": Look("recurrent network", "#cc6677", ">"),
     "gp": Look("Gaussian process", "#44aa99", "h"),
@@ -56,6 +58,13 @@ def present(rows: pd.DataFrame) -> list[str]:
     """Return the models of a table in the order of legends, without the measurement."""
     order = [*LOOKS, *sorted(set(rows["model"]) - set(LOOKS))]
     return [name for name in order if name != "measured" and (rows["model"] == name).any()]
+
+
+def nothing(text: str) -> Figure:
+    """Return an empty figure with a reason."""
+    figure = new_figure(2.0)
+    absent(figure.subplots(), text)
+    return figure
 
 
 def handle(model: str) -> Line2D:

@@ -6,17 +6,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
+from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.examples import levels
 from unmodelled.report.figures.style import BLACK, LABELS, halo, level, new_figure
 
-Array = NDArray[np.float64]
 Panels = dict[tuple[float, float], Axes]
 
 STALL = Patch(color=LABELS["stall"], label="stall")
@@ -103,3 +103,12 @@ def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: s
             np.repeat(Q, 2), heights, color=BLACK, linewidth=1.8, path_effects=halo(3.6), clip_on=True
         )
     return Line2D([], [], color=BLACK, linewidth=1.8, label=name)
+
+
+def finish_map(
+    figure: Figure, panels: Panels, mesh: QuadMesh, line: Line2D, label: str, extend: str = "neither"
+) -> Colorbar:
+    """Add the bar of the colours of `cells`, and a legend of the line and of stalls."""
+    bar = figure.colorbar(mesh, ax=list(panels.values()), label=label, pad=0.03, aspect=35, extend=extend)
+    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
+    return bar

@@ -10,15 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
-from pipeline.figures.palette import band, handle, look, plain_log, present, shares, table
-from unmodelled.base.campaign import Campaign
-from unmodelled.report.figures.style import BLACK, absent, new_figure, setting, styled
-
-Array = NDArray[np.float64]
+from pipeline.figures.examples import read
+from pipeline.figures.palette import band, handle, look, nothing, plain_log, present, shares, table
+from unmodelled.report.figures.style import BLACK, new_figure, setting, styled
 
 MSE = "MSE of ω ((rad/s)²)"
 #: Numbers of hidden units that the chapter settles on.
@@ -74,8 +72,8 @@ def simulation_drift(data: Path) -> Figure:
     examples, errors = (_split(table(data, name), "interpolation") for name in ("examples", "errors"))
     errors = errors[(errors["repeat"] == 0) & errors["exp"].isin(examples["exp"])]
     if not len(errors):
-        return _without("no run of this campaign was simulated for the interpolation")
-    campaign = Campaign.read(data / "features" / "cam_follower", ["t", "theta", "omega"])
+        return nothing("no run of this campaign was simulated for the interpolation")
+    campaign = read(data, "features", "t", "theta", "omega")
     ranking = errors.groupby("exp")["omega_mse_time"].median().sort_values(kind="stable").index
     chosen = dict.fromkeys(int(ranking[round(rank * (len(ranking) - 1))]) for rank in RANKS)
     figure = new_figure(0.9 + 2.1 * len(chosen))
@@ -98,12 +96,6 @@ def simulation_drift(data: Path) -> Figure:
     measured = Line2D([], [], color=BLACK, linewidth=2.2, label=look("measured").label)
     handles = [measured, *(handle(model) for model in models), *kinds]
     figure.legend(handles=handles, loc="outside upper center", ncols=-(-len(handles) // 2))
-    return figure
-
-
-def _without(text: str) -> Figure:
-    figure = new_figure(2.0)
-    absent(figure.subplots(), text)
     return figure
 
 
@@ -152,7 +144,7 @@ def interpolation_errors(data: Path) -> Figure:
     """
     errors = _split(table(data, "errors"), "interpolation")
     if not len(errors):
-        return _without("no run of this campaign was simulated for the interpolation")
+        return nothing("no run of this campaign was simulated for the interpolation")
     figure = new_figure(4.2, 8.5)
     axes = figure.subplots()
     for model in present(errors):
@@ -180,7 +172,7 @@ def extrapolation_errors(data: Path) -> Figure:
     """
     errors = shares(_split(table(data, "errors"), "extrapolation"))
     if not len(errors):
-        return _without("no run of this campaign was simulated for the extrapolation")
+        return nothing("no run of this campaign was simulated for the extrapolation")
     medians = errors.groupby(["model", "share", "repeat"])["omega_mse"].median().reset_index()
     figure = new_figure(4.4, 8.5)
     axes = figure.subplots()

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.labels import full_revolutions
-from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, varied
-from unmodelled.base.campaign import Campaign
+from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, read, varied
 from unmodelled.report.figures.style import (
     BLACK,
     GREY,
@@ -29,12 +28,6 @@ from unmodelled.report.figures.style import (
     thin,
 )
 
-Array = NDArray[np.float64]
-
-
-def _read(data: Path, *columns: str) -> Campaign:
-    return Campaign.read(data / "trajectories" / "cam_follower", list(columns))
-
 
 def _centre_title(experiments: pd.DataFrame) -> str:
     return "settings that are not listed: " + setting(pd.Series(centre(experiments)))
@@ -48,7 +41,7 @@ def detachment_over_time(data: Path) -> Figure:
     a jump. A higher voltage or a higher cam makes the follower bounce, a shorter fall (a larger rise beta)
     too, whereas weight keeps it on the cam. A run that takes much longer than the others is cut.
     """
-    campaign = _read(data, "t", "theta", "omega", "eps")
+    campaign = read(data, "trajectories", "t", "theta", "omega", "eps")
     figure = new_figure(8.4)
     panels = figure.subplots(len(FACTORS), 2, sharex="row", squeeze=False)
     for (speed, gap), factor in zip(panels, FACTORS, strict=True):
@@ -86,7 +79,7 @@ def detachment_over_angle(data: Path) -> Figure:
     lands on the falling flank or, after a high jump, on the next rise. Distances below zero right after a
     landing are in the measurements.
     """
-    campaign = _read(data, "theta", "eps")
+    campaign = read(data, "trajectories", "theta", "eps")
     figure = new_figure(6.2)
     panels = figure.subplots(2, 2, squeeze=False).ravel()
     for axes, factor in zip(panels, FACTORS, strict=True):
@@ -116,7 +109,7 @@ def example_trajectories(data: Path) -> Figure:
     The runs are spread over the durations found in the campaign. The speed never becomes constant: the cam
     loads the motor on every rise and drives it on every fall.
     """
-    campaign = _read(data, "t", "theta", "omega", "alpha")
+    campaign = read(data, "trajectories", "t", "theta", "omega", "alpha")
     running = campaign.experiments[campaign.experiments["label"] != "stall"].sort_values(["duration", "exp"])
     figure = new_figure(6.6)
     panels = figure.subplots(3, 1, sharex=True)
@@ -144,7 +137,7 @@ def nominal_and_bouncing_motion(data: Path) -> Figure:
     Both runs use the same cam and mass wherever the campaign has such a pair; only the voltage differs. The
     bouncing follower leaves the cam after the crest and comes back to it on the way down or later.
     """
-    campaign = _read(data, "t", "y", "h", "eps")
+    campaign = read(data, "trajectories", "t", "y", "h", "eps")
     figure = new_figure(5.2)
     panels = figure.subplots(2, 2, sharex="col", sharey="row", height_ratios=[1.4, 1.0])
     for (upper, lower), row, kind in zip(

@@ -12,13 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file, check_memory
 from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER
-
-Array = NDArray[np.float64]
 
 
 class Archive:

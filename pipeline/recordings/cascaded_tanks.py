@@ -7,14 +7,12 @@ IFAC World Congress, 2017; nonlinearbenchmark.org.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pipeline.recordings.archive import Archive
-from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from pipeline.recordings.log_folder import Experiment, Recording, parts
 
 FILE = "dataBenchmark.csv"
 PERIOD = 4.0  # s
@@ -23,7 +21,7 @@ RECORDS = {"est": ("uEst", "yEst"), "val": ("uVal", "yVal")}
 
 
 @dataclass(frozen=True)
-class CascadedTanksRecording:
+class CascadedTanksRecording(Recording):
     """The two records as a log folder, each divided into equally long experiments.
 
     Attributes:
@@ -34,16 +32,12 @@ class CascadedTanksRecording:
     archive: str | None
     parts: int = 3
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of two cascaded tanks: voltage of the pump, lower level",
+        "url": "https://www.nonlinearbenchmark.org/benchmarks/cascaded-tanks",
+    }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when the file is missing, lacks a column or has a cell that is not a finite number.
-        """
+    def experiments(self) -> list[Experiment]:
         archive = Archive(self.archive, "CASCADED_TANKS")
         name = archive.names(FILE)[0]
         table = archive.table(name, [column for record in RECORDS.values() for column in record])
@@ -52,10 +46,4 @@ class CascadedTanksRecording:
             samples = pd.DataFrame({"t": PERIOD * np.arange(len(table)), "u": table[u], "y": table[y]})
             cut = enumerate(parts(samples, self.parts, archive.where(name)), start=1)
             experiments += [Experiment(f"{record}_{k}", part) for k, part in cut]
-        write_log_folder(folder, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of two cascaded tanks: voltage of the pump, lower level",
-            "url": "https://www.nonlinearbenchmark.org/benchmarks/cascaded-tanks",
-            "experiments": len(experiments),
-        }
+        return experiments

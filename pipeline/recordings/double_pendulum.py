@@ -8,11 +8,10 @@ data/experiment_records/design_A.0, BSD-3-Clause.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
-from typing import Any
+from pathlib import PurePosixPath
 
 from pipeline.recordings.archive import Archive
-from pipeline.recordings.log_folder import Experiment, on_clock, write_log_folder
+from pipeline.recordings.log_folder import Experiment, Recording, on_clock
 
 #: Columns of a log, and those of the files: commanded torques (N m), angles (rad; the second one from the
 #: first link), speeds (rad/s).
@@ -27,7 +26,7 @@ HELD = ("u1", "u2")
 
 
 @dataclass(frozen=True)
-class DoublePendulumRecording:
+class DoublePendulumRecording(Recording):
     """The recordings for system identification as a log folder, one experiment per recording.
 
     The recording with friction compensation by a controller is left out, because it shows another machine.
@@ -40,16 +39,13 @@ class DoublePendulumRecording:
     archive: str | None
     period: float = 0.002
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of a double pendulum with two motors: torques, motion",
+        "url": "https://github.com/dfki-ric-underactuated-lab/double_pendulum",
+        "licence": "BSD-3-Clause",
+    }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when a recording lacks a column, or a cell is not a finite number.
-        """
+    def experiments(self) -> list[Experiment]:
         archive = Archive(self.archive, "DOUBLE_PENDULUM")
         names = {new: old for old, new in COLUMNS.items()}
         experiments = []
@@ -57,11 +53,4 @@ class DoublePendulumRecording:
             recording = archive.table(name, list(names)).rename(columns=names)
             samples = on_clock(recording, self.period, HELD, archive.where(name))
             experiments.append(Experiment(PurePosixPath(name).stem, samples))
-        write_log_folder(folder, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of a double pendulum with two motors: torques, motion",
-            "url": "https://github.com/dfki-ric-underactuated-lab/double_pendulum",
-            "licence": "BSD-3-Clause",
-            "experiments": len(experiments),
-        }
+        return experiments

@@ -14,16 +14,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 
-from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from pipeline.arrays import Array
+from pipeline.recordings.log_folder import Experiment, Recording, parts
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing_folder
 from unmodelled.base.limits import check_file, check_memory, limited_process
 from unmodelled.base.workers import pool_of
-
-Array = NDArray[np.float64]
 
 #: The two recordings of the same motion: alone, and with pulses of 5 V added to the drive's voltage.
 FILES = {"plain": "DATA_EMPS.mat", "pulses": "DATA_EMPS_PULSES.mat"}
@@ -34,7 +31,7 @@ SECONDS = 60.0
 
 
 @dataclass(frozen=True)
-class EmpsRecording:
+class EmpsRecording(Recording):
     """The recordings as a log folder, each divided into equally long experiments that form a group.
 
     The motion of a recording is repeated four times. Each of five parts contains both directions and all
@@ -49,32 +46,20 @@ class EmpsRecording:
     dataset: str | None
     parts: int = 5
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of EMPS, a real positioning axis: voltage, position",
+        "url": "https://www.nonlinearbenchmark.org/benchmarks/emps",
+    }
 
-        Args:
-            folder: folder that is replaced as a whole.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when a recording is missing, is not a MATLAB file or lacks a variable.
-        """
+    def experiments(self) -> list[Experiment]:
         if not self.dataset:
             raise BadInput("source.dataset: must be given: EMPS=<folder with DATA_EMPS.mat>")
         source = Path(str(self.dataset)).expanduser()
-        experiments = [
+        return [
             Experiment(f"{group}_{k}", part, {"group": group})
             for group, name in FILES.items()
             for k, part in enumerate(parts(read(source / name), self.parts, name), start=1)
         ]
-        with replacing_folder(folder) as out:
-            write_log_folder(out, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of EMPS, a real positioning axis: voltage, position",
-            "url": "https://www.nonlinearbenchmark.org/benchmarks/emps",
-            "experiments": len(experiments),
-        }
 
 
 def read(path: Path) -> pd.DataFrame:

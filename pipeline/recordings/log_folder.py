@@ -1,10 +1,12 @@
-"""Write log folders of measured experiments, each on its own clock."""
+"""Recordings of measured experiments, each on its own clock, and their log folders."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -31,6 +33,37 @@ class Experiment:
     id: str
     samples: pd.DataFrame
     constants: Mapping[str, float | str] = field(default_factory=dict)
+
+
+class Recording(ABC):
+    """Published measurements that become a log folder."""
+
+    @property
+    @abstractmethod
+    def about(self) -> Mapping[str, str]:
+        """Provenance of the measurements: description, url, and licence if there is one."""
+
+    @abstractmethod
+    def experiments(self) -> list[Experiment]:
+        """Read the experiments.
+
+        Raises:
+            BadInput: when a file is missing or damaged, or lacks something that the experiments consist of.
+        """
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
+
+        Raises:
+            BadInput: when the measurements cannot be read.
+        """
+        found = self.experiments()
+        write_log_folder(folder, found)
+        return {"data": "measured", **self.about, "experiments": len(found)}
 
 
 def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:

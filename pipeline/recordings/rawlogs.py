@@ -12,13 +12,11 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.recordings.archive import Archive
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import NUMBERS, check_file, check_memory
-
-Array = NDArray[np.float64]
 
 ROWS = ("t", "theta", "omega", "alpha", "y", "h", "eps")
 FACTORS = ("H", "beta", "m", "V")

@@ -7,14 +7,12 @@ identification", European Control Conference, 2013; nonlinearbenchmark.org.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from pipeline.recordings.archive import Archive
-from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from pipeline.recordings.log_folder import Experiment, Recording, parts
 from unmodelled.base.errors import BadInput
 
 FILE = "SNLS80mV.csv"
@@ -28,7 +26,7 @@ FIRST, STEP, LENGTH, REALISATIONS = 40_590, 8_692, 8_600, 10
 
 
 @dataclass(frozen=True)
-class SilverboxRecording:
+class SilverboxRecording(Recording):
     """The record as a log folder: parts of the growing noise (one group) and realisations of the multisine.
 
     Attributes:
@@ -39,16 +37,12 @@ class SilverboxRecording:
     archive: str | None
     parts: int = 5
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of the Silverbox, an electronic oscillator: voltages",
+        "url": "https://www.nonlinearbenchmark.org/benchmarks/silverbox",
+    }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when the record is missing, is not a table of numbers or has another length.
-        """
+    def experiments(self) -> list[Experiment]:
         archive = Archive(self.archive, "SILVERBOX")
         name = archive.names(FILE)[0]
         record = archive.table(name, ["V1", "V2"])
@@ -58,13 +52,7 @@ class SilverboxRecording:
         arrow = enumerate(parts(record.iloc[ARROW], self.parts, archive.where(name)), start=1)
         experiments = [Experiment(f"arrow_{k}", part, {"group": "arrow"}) for k, part in arrow]
         experiments += [_realisation(record, k) for k in range(REALISATIONS)]
-        write_log_folder(folder, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of the Silverbox, an electronic oscillator: voltages",
-            "url": "https://www.nonlinearbenchmark.org/benchmarks/silverbox",
-            "experiments": len(experiments),
-        }
+        return experiments
 
 
 def _realisation(record: pd.DataFrame, k: int) -> Experiment:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path, PurePosixPath
-from typing import Any
+from pathlib import PurePosixPath
 
 import numpy as np
 import pandas as pd
 
-from pipeline.recordings.archive import Archive, Array, measured, numbers
-from pipeline.recordings.log_folder import Experiment, write_log_folder
+from pipeline.arrays import Array
+from pipeline.recordings.archive import Archive, measured, numbers
+from pipeline.recordings.log_folder import Experiment, Recording
 from unmodelled.base.errors import BadInput
 
 #: The joint that is read, as joint_list.txt calls it.
@@ -24,7 +24,7 @@ MICROSECOND = 1e-6  # s
 
 
 @dataclass(frozen=True)
-class So101Recording:
+class So101Recording(Recording):
     """The first joint in every recording as a log folder, one experiment per recording.
 
     Commanded and measured angles have the same time stamps. The arm above the joint keeps about the same
@@ -38,16 +38,13 @@ class So101Recording:
     archive: str | None
     seconds: float = 40.0
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of the first joint of an SO-101 arm: command, angle",
+        "url": "https://github.com/isaac-sim2real/sage",
+        "licence": "Apache-2.0",
+    }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when a recording lacks a file, the joint or a column, or a cell is no list of angles.
-        """
+    def experiments(self) -> list[Experiment]:
         if not isinstance(self.seconds, int | float) or not self.seconds > 0.0:
             raise BadInput(f"source.seconds: must be a positive number, got {self.seconds!r}")
         archive = Archive(self.archive, "SO101")
@@ -64,14 +61,7 @@ class So101Recording:
             samples = pd.DataFrame({"t": t, "goal": goal, "q": q})
             name = at.parent.name or archive.path.stem
             experiments.append(Experiment(name, samples[t <= t[0] + self.seconds]))
-        write_log_folder(folder, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of the first joint of an SO-101 arm: command, angle",
-            "url": "https://github.com/isaac-sim2real/sage",
-            "licence": "Apache-2.0",
-            "experiments": len(experiments),
-        }
+        return experiments
 
 
 def _joint(archive: Archive, name: str) -> int:

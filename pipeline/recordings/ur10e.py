@@ -7,12 +7,11 @@ dataset_ur10e/jointwise_motion.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 from pipeline.recordings.archive import Archive
-from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from pipeline.recordings.log_folder import Experiment, Recording, parts
 from unmodelled.base.errors import BadInput
 
 JOINTS = range(1, 7)
@@ -22,7 +21,7 @@ COLUMNS = ("t", *(f"{name}{k}" for name in ("q", "qd", "i", "i_des", "tau_des") 
 
 
 @dataclass(frozen=True)
-class Ur10eJointRecording:
+class Ur10eJointRecording(Recording):
     """The motion of one joint, with the others at rest, as a log folder of equally long experiments.
 
     The sampling period varies between 10 and 12 ms.
@@ -37,16 +36,14 @@ class Ur10eJointRecording:
     joint: int = 1
     parts: int = 8
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    @property
+    def about(self) -> Mapping[str, str]:
+        return {
+            "description": f"public measurements of joint {self.joint} of a UR10e: current, angle, speed",
+            "url": "https://github.com/shamilmamedov/dynamic_calibration",
+        }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when there is no such joint, or its file cannot be read.
-        """
+    def experiments(self) -> list[Experiment]:
         if self.joint not in JOINTS:
             raise BadInput(f"source.joint: must be 1 to 6, got {self.joint!r}")
         archive = Archive(self.archive, "UR10E")
@@ -54,10 +51,4 @@ class Ur10eJointRecording:
         wanted = {"t": "t", f"i{self.joint}": "i", f"q{self.joint}": "q", f"qd{self.joint}": "v"}
         recording = archive.table(name, list(wanted), COLUMNS).rename(columns=wanted)
         cut = parts(recording, self.parts, archive.where(name))
-        write_log_folder(folder, [Experiment(f"part_{k}", part) for k, part in enumerate(cut, start=1)])
-        return {
-            "data": "measured",
-            "description": f"public measurements of joint {self.joint} of a UR10e: current, angle, speed",
-            "url": "https://github.com/shamilmamedov/dynamic_calibration",
-            "experiments": len(cut),
-        }
+        return [Experiment(f"part_{k}", part) for k, part in enumerate(cut, start=1)]

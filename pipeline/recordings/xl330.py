@@ -10,13 +10,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from pipeline.recordings.archive import Archive, measured
-from pipeline.recordings.log_folder import Experiment, on_clock, write_log_folder
+from pipeline.recordings.log_folder import Experiment, Recording, on_clock
 from unmodelled.base.errors import BadInput
 
 #: Columns of a log and the keys of an entry that they are made of. The servo reports its speed 20 ms late,
@@ -29,7 +28,7 @@ SHARED = ("mass", "length", "vin")
 
 
 @dataclass(frozen=True)
-class Xl330Recording:
+class Xl330Recording(Recording):
     """Runs of 6 s as a log folder, one experiment each: four trajectories with four gains of the position
     loop.
 
@@ -43,16 +42,13 @@ class Xl330Recording:
     archive: str | None
     period: float = 0.005
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder, and return the provenance.
+    about = {  # noqa: RUF012
+        "description": "public measurements of an XL330 servo that swings a mass: command, angle",
+        "url": "https://github.com/Rhoban/bam",
+        "licence": "Apache-2.0",
+    }
 
-        Args:
-            folder: existing folder that is written into.
-            seed: unused, because nothing is random.
-
-        Raises:
-            BadInput: when a run cannot be read, or was made with another mass, rod or supply than the first.
-        """
+    def experiments(self) -> list[Experiment]:
         archive = Archive(self.archive, "XL330")
         names = archive.names("*.json")
         runs = [_run(archive, name) for name in names]
@@ -64,14 +60,7 @@ class Xl330Recording:
                     raise BadInput(f"{archive.where(name)}: {key}: must be {wanted}, got {run[key]:g}")
             samples = on_clock(_samples(archive, name, run), self.period, HELD, archive.where(name))
             experiments.append(Experiment(f"{run['trajectory']}_kp{run['kp']:g}", samples, {"kp": run["kp"]}))
-        write_log_folder(folder, experiments)
-        return {
-            "data": "measured",
-            "description": "public measurements of an XL330 servo that swings a mass: command, angle",
-            "url": "https://github.com/Rhoban/bam",
-            "licence": "Apache-2.0",
-            "experiments": len(experiments),
-        }
+        return experiments
 
 
 def _run(archive: Archive, name: str) -> Mapping[str, Any]:

@@ -11,22 +11,8 @@ from unmodelled.base.files import read_json
 
 #: What a formula consists of; nothing here can run, load or link.
 ELEMENTS = {
-    *(
-        "math",
-        "mrow",
-        "mi",
-        "mo",
-        "mn",
-        "mfrac",
-        "msup",
-        "msub",
-        "msubsup",
-        "msqrt",
-        "mroot",
-        "mover",
-        "mfenced",
-    ),
-    *("mtable", "mtr", "mtd", "mtext", "mspace", "mstyle"),
+    *("math", "mrow", "mi", "mo", "mn", "mfrac", "msup", "msub", "msubsup", "msqrt", "mroot", "mover"),
+    *("mfenced", "mtable", "mtr", "mtd", "mtext", "mspace", "mstyle"),
 }
 ATTRIBUTES = {"display", "close", "open", "mathvariant"}
 

@@ -200,15 +200,8 @@ class Contents:
     @property
     def empty(self) -> bool:
         """Whether the page has no results."""
-        return not (
-            self.claims.rows
-            or self.figures
-            or self.tables
-            or self.metrics
-            or self.equations
-            or self.diagnoses
-            or self.topics
-        )
+        lists = self.figures, self.tables, self.metrics, self.equations, self.diagnoses, self.topics
+        return not self.claims.rows and not any(lists)
 
     @property
     def origins(self) -> set[str]:

@@ -15,14 +15,13 @@ from collections import namedtuple
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.signal import lfilter, savgol_filter
 
+from pipeline.arrays import Array
 from pipeline.rigs.profile import TURN, cam_spline, profile
 from unmodelled.base.compiling import kept
 
-Array = NDArray[np.float64]
 State = tuple[float, float, float, float, float]  # angle, speed, current, y, velocity of y
 _STICK = (0.005, 0.001)  # width of the friction tanh: shaft (rad/s), guide (m/s)
 _SUBSTEPS = 8  # integration steps per sample: short enough for the stiff shaft friction at standstill

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
 from pipeline.rigs.cam_follower import CamFollowerRig
+from pipeline.rigs.virtual import VirtualCampaign
 from unmodelled.base.files import replacing
 from unmodelled.base.progress import Counter
 from unmodelled.base.workers import pool_of
@@ -28,8 +28,8 @@ Job = tuple[int, float, float, float, float]
 
 
 @dataclass(frozen=True)
-class CamFollowerCampaign:
-    """A full factorial on the virtual cam-follower bench.
+class CamFollowerCampaign(VirtualCampaign):
+    """A full factorial on the virtual cam-follower bench, as campaign.zip.
 
     Attributes:
         H: strokes, m.
@@ -43,31 +43,14 @@ class CamFollowerCampaign:
     m: Sequence[float]
     V: Sequence[float]
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write campaign.zip, and return the provenance.
+    description = "simulated logs of an event-driven virtual cam-follower bench, not measurements"
 
-        Args:
-            folder: folder of the zip file.
-            seed: seed of the campaign.
-
-        Raises:
-            BadInput: when the disk is full or the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         table = factorial(self.H, self.beta, self.m, self.V)
         with Counter(len(table), "virtual bench") as counter:
-            write_campaign(
-                folder / "campaign.zip",
-                table,
-                CamFollowerRig(),
-                seed,
-                progress=lambda done, _: counter.update(done),
-            )
-        return {
-            "data": "virtual",
-            "description": "simulated logs of an event-driven virtual cam-follower bench, not measurements",
-            "seed": seed,
-            "experiments": len(table),
-        }
+            path, shown = out / "campaign.zip", lambda done, _: counter.update(done)
+            write_campaign(path, table, CamFollowerRig(), seed, progress=shown)
+        return len(table)
 
 
 def factorial(

@@ -10,21 +10,20 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.csv as pa_csv
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from pipeline.arrays import Array
 from pipeline.rigs import clutch_rig
 from pipeline.rigs.clutch_rig import ClutchRig, Setting
+from pipeline.rigs.virtual import VirtualCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.files import write_json
 
-Array = NDArray[np.float64]
 _EDGE = 0.002  # duration (s) of a step: the amplifier limits the rate of its current
 
 
@@ -77,8 +76,13 @@ DECIMALS = {"pressure": -2, "omega_1": 2, "omega_2": 2}
 
 
 @dataclass(frozen=True)
-class ClutchCampaign:
-    """The full factorial of 18 current profiles, 3 motor speeds and 2 brakes.
+class ClutchCampaign(VirtualCampaign):
+    """The full factorial of 18 current profiles, 3 motor speeds and 2 brakes, as a log folder.
+
+    experiments.csv has the columns of `table`. One CSV file per engagement has t (s), current (A), pressure
+    (Pa), omega_1 and omega_2 (rad/s). Theta and noise depend on the seed and the engagement only. bench.json
+    contains alpha, box, constants, and theta and shifting time (s) of every engagement; only the assessment
+    may read it.
 
     Attributes:
         sharp: whether the bench is the one whose shifting time is the more sensitive.
@@ -91,6 +95,10 @@ class ClutchCampaign:
 
     sharp: bool = False
     alpha: Sequence[float] = (0.91, 0.55, 0.081, 0.046)
+
+    description = (
+        "simulated logs of a virtual wet-clutch bench, parameters invented but plausible, not measurements"
+    )
 
     def __post_init__(self) -> None:
         try:
@@ -127,41 +135,20 @@ class ClutchCampaign:
             columns=["id", "file", "u1", "u2", "u3", "omega_m", "T_b0", "rpm", "profile"],
         )
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by a log folder, and return the provenance.
-
-        experiments.csv has the columns of `table`. One CSV file per engagement has t (s), current (A),
-        pressure (Pa), omega_1 and omega_2 (rad/s). Theta and noise depend on `seed` and the engagement only.
-        bench.json contains alpha, box, constants, and theta and shifting time (s) of every engagement; only
-        the assessment may read it.
-
-        Args:
-            folder: folder that is replaced as a whole.
-            seed: seed of the random generator.
-
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         table = self.table()
         sources = [np.random.default_rng([seed, number]) for number in range(1, len(table) + 1)]
         theta = np.array([self.draw(source) for source in sources])
         current, run = self.simulate(table, theta)
-        with replacing_folder(folder) as out:
-            for i, (file, source) in enumerate(zip(table["file"], sources, strict=True)):
-                true = {"pressure": PASCAL * run["p"], "omega_1": run["omega_1"], "omega_2": run["omega_2"]}
-                _write_csv(out / file, current[:, i], {name: x[:, i] for name, x in true.items()}, source)
-            table.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
-            bench = {"alpha": list(self.alpha), "box": BOX, "parameters": asdict(self.rig)}
-            bench["theta"] = dict(zip(table["id"], theta.tolist(), strict=True))
-            bench["shifting_time"] = dict(zip(table["id"], run["shift"].tolist(), strict=True))
-            write_json(out / "bench.json", bench)
-        return {
-            "data": "virtual",
-            "description": "simulated logs of a virtual wet-clutch bench, parameters invented but plausible, "
-            "not measurements",
-            "seed": seed,
-            "experiments": len(table),
-        }
+        for i, (file, source) in enumerate(zip(table["file"], sources, strict=True)):
+            true = {"pressure": PASCAL * run["p"], "omega_1": run["omega_1"], "omega_2": run["omega_2"]}
+            _write_csv(out / file, current[:, i], {name: x[:, i] for name, x in true.items()}, source)
+        table.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
+        bench = {"alpha": list(self.alpha), "box": BOX, "parameters": asdict(self.rig)}
+        bench["theta"] = dict(zip(table["id"], theta.tolist(), strict=True))
+        bench["shifting_time"] = dict(zip(table["id"], run["shift"].tolist(), strict=True))
+        write_json(out / "bench.json", bench)
+        return len(table)
 
     def simulate(self, table: pd.DataFrame, theta: Array) -> tuple[Array, dict[str, Array]]:
         """Simulate engagements without noise.

@@ -7,11 +7,10 @@ replaces the real machine: it shares no code with the models identified from its
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from pipeline.arrays import Array, Bools
+
 _START = 0.999  # speed of the idle input shaft over the motor's
 
 
@@ -112,7 +111,7 @@ class ClutchRig:
         film = self.gamma / np.maximum(self.z_M - z, self.gap) * slip
         return contact * self.alpha * plates + (1.0 - contact) * film
 
-    def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Flags) -> Array:
+    def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Bools) -> Array:
         """Return the time derivatives of the states.
 
         Takes x (5, n), u (n,) in A, du (n,) in A/s, locked (n,); gives (5, n).
@@ -129,7 +128,7 @@ class ClutchRig:
         d_omega_1 = np.where(locked, together, (driving - passed) / self.J1)
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
-    def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Flags) -> Array:
+    def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Bools) -> Array:
         """Integrate one Runge-Kutta step with a linear course of the current.
 
         Takes x (5, n), u (n,) in A, du (n,) in A/s, h in s, locked (n,); gives (5, n).

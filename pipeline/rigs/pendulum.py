@@ -9,18 +9,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from unmodelled.base.files import replacing_folder
+from pipeline.arrays import Array
+from pipeline.rigs.virtual import VirtualCampaign
 
-Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)
 
 
 @dataclass(frozen=True)
-class PendulumCampaign:
-    """Runs of the bench with random multi-sine torques.
+class PendulumCampaign(VirtualCampaign):
+    """Runs of the bench with random multi-sine torques, as a log folder with t, torque and theta.
 
     Attributes:
         runs: number of runs.
@@ -46,29 +45,16 @@ class PendulumCampaign:
     counts: int = 8192
     torque: float = 0.6
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by a log folder with t, torque and theta of every run, and return the provenance.
+    description = "simulated logs of a virtual pendulum bench with dry friction, not measurements"
 
-        Args:
-            folder: folder that is replaced as a whole.
-            seed: seed of the random generator.
-
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         ids = [f"run{k + 1}" for k in range(self.runs)]
-        with replacing_folder(folder) as out:
-            for k, name in enumerate(ids):
-                log = self._run(np.random.default_rng([seed, k]))
-                pd.DataFrame(log).to_csv(out / f"{name}.csv", index=False, float_format="%.9g")
-            files = [f"{name}.csv" for name in ids]
-            pd.DataFrame({"id": ids, "file": files}).to_csv(out / "experiments.csv", index=False)
-        return {
-            "data": "virtual",
-            "description": "simulated logs of a virtual pendulum bench with dry friction, not measurements",
-            "seed": seed,
-            "experiments": self.runs,
-        }
+        for k, name in enumerate(ids):
+            log = self._run(np.random.default_rng([seed, k]))
+            pd.DataFrame(log).to_csv(out / f"{name}.csv", index=False, float_format="%.9g")
+        files = [f"{name}.csv" for name in ids]
+        pd.DataFrame({"id": ids, "file": files}).to_csv(out / "experiments.csv", index=False)
+        return self.runs
 
     def _run(self, rng: np.random.Generator) -> dict[str, Array]:
         frequencies, phases = rng.uniform(0.2, 2.5, 4), rng.uniform(0.0, TURN, 4)

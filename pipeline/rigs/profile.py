@@ -3,13 +3,12 @@
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
+from pipeline.arrays import Array
 from unmodelled.base.compiling import kept
 
-Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 
 

@@ -16,15 +16,15 @@ from typing import Any
 import mujoco
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
+from pipeline.rigs.virtual import VirtualCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.files import write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
 
-Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)
 STARTS = {"a": 0.3, "b": 2.2}  # crank angle (rad) at which a run is released
 _SUBSTEPS = 20  # integration steps per sample: keeps the loop closed to some micrometres at full speed
@@ -213,8 +213,13 @@ class SliderCrankRig:
 
 
 @dataclass(frozen=True)
-class SliderCrankCampaign:
-    """Runs of the bench: every torque profile from two starting angles, sampled at 2 kHz.
+class SliderCrankCampaign(VirtualCampaign):
+    """Runs of the bench: every torque profile from two starting angles, sampled at 2 kHz, as a log folder.
+
+    experiments.csv has the columns id, file, profile and start (rad). One CSV file per experiment has t (s),
+    theta (rad), omega (rad/s) and T (N m), with noise that depends on the seed, profile and start only. Three
+    files are for the assessment only: bench.json (constants of the bench), spring.csv (d in m and F in N of
+    the spring at 60 points) and truth.parquet (id, t, d, v, F: the load on the slider in every run).
 
     Attributes:
         spring: whether the bench has its spring.
@@ -251,44 +256,25 @@ class SliderCrankCampaign:
         """Bench of this campaign."""
         return SliderCrankRig() if self.spring else SliderCrankRig().without_spring()
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by a log folder, and return the provenance.
-
-        experiments.csv has the columns id, file, profile and start (rad). One CSV file per experiment has t
-        (s), theta (rad), omega (rad/s) and T (N m), with noise that depends on `seed`, profile and start
-        only.
-
-        Three files are for the assessment only: bench.json (constants of the bench), spring.csv (d in m and F
-        in N of the spring at 60 points) and truth.parquet (id, t, d, v, F: the load on the slider in every
-        run).
-
-        Args:
-            folder: folder that is replaced as a whole.
-            seed: seed of the random generator.
-
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
-        rig, table, truth = self.rig, self._table(), []
-        with replacing_folder(folder) as out:
-            for row in track(table.itertuples(), len(table), "virtual bench"):
-                noise = np.random.default_rng([seed, row.profile, round(1e6 * row.start)])
-                true = rig.simulate(PROFILES[row.profile - 1], row.start, self.samples)
-                _write_csv(out / row.file, pd.DataFrame(rig.log(true, noise)))
-                load = {"F": true["spring"] + true["friction"]}
-                truth.append(pd.DataFrame({"id": row.id, **{k: true[k] for k in ("t", "d", "v")}, **load}))
-            write_parquet(pd.concat(truth), out / "truth.parquet")
-            _write_csv(out / "experiments.csv", table)
-            d = np.linspace(0.0, 2 * rig.crank_length, 60)
-            _write_csv(out / "spring.csv", pd.DataFrame({"d": d, "F": rig.spring(d)}))
-            write_json(out / "bench.json", asdict(rig))
+    @property
+    def description(self) -> str:
         how = "with" if self.spring else "without"
-        return {
-            "data": "virtual",
-            "description": f"simulated logs of a virtual slider-crank bench {how} spring, not measurements",
-            "seed": seed,
-            "experiments": len(table),
-        }
+        return f"simulated logs of a virtual slider-crank bench {how} spring, not measurements"
+
+    def make(self, out: Path, seed: int) -> int:
+        rig, table, truth = self.rig, self._table(), []
+        for row in track(table.itertuples(), len(table), "virtual bench"):
+            noise = np.random.default_rng([seed, row.profile, round(1e6 * row.start)])
+            true = rig.simulate(PROFILES[row.profile - 1], row.start, self.samples)
+            _write_csv(out / row.file, pd.DataFrame(rig.log(true, noise)))
+            load = {"F": true["spring"] + true["friction"]}
+            truth.append(pd.DataFrame({"id": row.id, **{k: true[k] for k in ("t", "d", "v")}, **load}))
+        write_parquet(pd.concat(truth), out / "truth.parquet")
+        _write_csv(out / "experiments.csv", table)
+        d = np.linspace(0.0, 2 * rig.crank_length, 60)
+        _write_csv(out / "spring.csv", pd.DataFrame({"d": d, "F": rig.spring(d)}))
+        write_json(out / "bench.json", asdict(rig))
+        return len(table)
 
     def _table(self) -> pd.DataFrame:
         runs = [(number, mark, start) for number in self.chosen for mark, start in STARTS.items()]

@@ -6,9 +6,9 @@ With T_1 to T_5 the crank stays slow (about 30 rad/s at most); with T_6 to T_10 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pipeline.arrays import Array
+
 Profile = Callable[[Array], Array]  # time (s) to torque (N m), of the same shape
 _EDGE = 0.002  # duration (s) of a step: a drive limits the rate of its torque
 

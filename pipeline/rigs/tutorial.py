@@ -7,17 +7,15 @@ model of Fig. 2.4a: a warming winding, voltage drop of the brushes, dry friction
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.special import expit
 
+from pipeline.arrays import Array
 from pipeline.rigs.pendulum import PendulumCampaign
-from unmodelled.base.files import replacing_folder, write_json
-
-Array = NDArray[np.float64]
+from pipeline.rigs.virtual import VirtualCampaign
+from unmodelled.base.files import write_json
 
 
 @dataclass(frozen=True)
@@ -65,8 +63,13 @@ class MotorBench:
 
 
 @dataclass(frozen=True)
-class TutorialCampaign:
+class TutorialCampaign(VirtualCampaign):
     """Efficiencies of a motor between two currents, and runs of a pendulum with small and large torques.
+
+    training.csv has the current (A) and the efficiency. The log folder `pendulum` has t, torque and theta,
+    with the groups explored and unseen. Three files are for the assessment only: new.csv (test samples),
+    truth.csv (a wider range without noise) and bench.json (the motor, the range of the measured currents and
+    their noise).
 
     Attributes:
         samples: number of evenly spaced training samples.
@@ -94,43 +97,27 @@ class TutorialCampaign:
     coulomb: float = 0.04
     motor: MotorBench = field(default_factory=MotorBench)
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by the measurements, and return the provenance.
+    description = (
+        "a virtual DC motor and a virtual pendulum for the tutorial, parameters invented but plausible, not "
+        "measurements"
+    )
 
-        training.csv has the current (A) and the efficiency. The log folder `pendulum` has t, torque and
-        theta, with the groups explored and unseen. Three files are for the assessment only: new.csv (test
-        samples), truth.csv (a wider range without noise) and bench.json (the motor, the range of the measured
-        currents and their noise).
-
-        Args:
-            folder: folder that is replaced as a whole.
-            seed: seed of the random generator.
-
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         rng = np.random.default_rng(seed)
         sets = {
             "training": np.linspace(self.lowest, self.highest, self.samples),
             "new": np.sort(rng.uniform(self.lowest, self.highest, self.new)),
         }
         grid = np.linspace(0.4 * self.lowest, 1.5 * self.highest, 210)
-        with replacing_folder(folder) as out:
-            for name, current in {**sets, "truth": grid}.items():
-                noise = 0.0 if name == "truth" else rng.normal(0.0, self.noise, len(current))
-                table = {"current": current, "efficiency": self.motor.efficiency(current) + noise}
-                pd.DataFrame(table).to_csv(out / f"{name}.csv", index=False, float_format="%.6g")
-            bench = {"lowest": self.lowest, "highest": self.highest, "noise": self.noise}
-            write_json(out / "bench.json", {**bench, "motor": asdict(self.motor)})
-            runs = pd.concat(self._swings(out / "pendulum", seed), ignore_index=True)
-            runs.to_csv(out / "pendulum" / "experiments.csv", index=False)
-        return {
-            "data": "virtual",
-            "description": "a virtual DC motor and a virtual pendulum for the tutorial, parameters invented "
-            "but plausible, not measurements",
-            "seed": seed,
-            "experiments": len(runs),
-        }
+        for name, current in {**sets, "truth": grid}.items():
+            noise = 0.0 if name == "truth" else rng.normal(0.0, self.noise, len(current))
+            table = {"current": current, "efficiency": self.motor.efficiency(current) + noise}
+            pd.DataFrame(table).to_csv(out / f"{name}.csv", index=False, float_format="%.6g")
+        bench = {"lowest": self.lowest, "highest": self.highest, "noise": self.noise}
+        write_json(out / "bench.json", {**bench, "motor": asdict(self.motor)})
+        runs = pd.concat(self._swings(out / "pendulum", seed), ignore_index=True)
+        runs.to_csv(out / "pendulum" / "experiments.csv", index=False)
+        return len(runs)
 
     def _swings(self, folder: Path, seed: int) -> Iterator[pd.DataFrame]:
         """Write the runs of both groups into folders of their own; their rows of experiments.csv."""

@@ -9,20 +9,19 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
+from pipeline.chapters.readable import write_chapter
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.base.parquet import read_parquet
 from unmodelled.learning.uncertainty.assessment import Assessment
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.response import Response
-
-Array = NDArray[np.float64]
 
 
 @verb()
@@ -103,10 +102,7 @@ def assess_uncertainty(
         "shown": problem.ids[shown - 1],
         "seconds": time.monotonic() - start,
     }
-    with replacing_folder(out) as folder:
-        for name, table in tables.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "assessment.json", about)
+    write_chapter(out, tables, assessment=about)
 
 
 def _tables(

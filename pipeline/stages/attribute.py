@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from pipeline.attribution import tables
-from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.cam_follower.detachment import Family
 from pipeline.cam_follower.jumps import example_rows
@@ -55,7 +54,7 @@ def attribute(
 
     - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
     - points: exp, step, feature, phi (m), value (of the input, in SI units) and base (m), of every tenth step
-      of all explained runs; `pipeline.figures.jumps.explanation` makes a `shap.Explanation` of them;
+      of all explained runs; `pipeline.figures.jumps.contributions` makes a `shap.Explanation` of them;
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
@@ -80,7 +79,7 @@ def attribute(
     begin = time.monotonic()
     campaign = Campaign.read(model.features)
     rows = fold_named(split.folds(campaign.experiments), fold)
-    chosen = Choice.of(campaign.experiments, rows.train, rows.test, profile, seed)
+    chosen = tables.Choice.of(campaign.experiments, rows.train, rows.test, profile, seed)
     shown = np.array(example_rows(campaign.experiments, rows.test)["jump"])
     members = {name: _networks(model, name, fits, fold) for name in explained}
     total = sum(map(len, members.values()))
@@ -115,7 +114,7 @@ def _networks(model: Family, name: str, fits: Path, fold: str) -> Sequence[Detac
     return found.explainable[fold]
 
 
-def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: Choice, repeat: int) -> Tables:
+def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: tables.Choice, repeat: int) -> Tables:
     runs = sequences.of_runs(chosen.runs)
     found = deep_shap(network, runs, sequences.of_runs(chosen.references))
     made = {
@@ -130,7 +129,7 @@ def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: Choice, re
 def _closer(
     network: DetachmentNetwork,
     sequences: Sequences,
-    chosen: Choice,
+    chosen: tables.Choice,
     shown: Indices,
     groups: Mapping[str, list[str]],
 ) -> Tables:

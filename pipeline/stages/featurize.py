@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
@@ -23,7 +23,6 @@ from unmodelled.logs.resample import resample
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "next: {program} train model=f_h2 split=extrapolation model.features={out}"
 
-Array = NDArray[np.float64]
 
 #: Angles per turn of the tabulated pitch curve; linear interpolation is then exact to 1e-6 of the stroke.
 TABLE = 7200

@@ -10,13 +10,11 @@ import pandas as pd
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters import boundary, claims, summary
-from pipeline.chapters.readable import training_seconds, write_table
-from pipeline.revision import revision
+from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.base.parquet import read_parquet
 from unmodelled.base.progress import track
 from unmodelled.learning.splits import Fold, Split, nominal_subsets
 
@@ -74,15 +72,10 @@ def tabulate(
         "boundary": summary.boundary_leaves(mae),
         "protocol": PROTOCOL,
     }
-    head = {"data": data, "profile": profile_name, "revision": revision()}
-    seconds = training_seconds(fits)
-    write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
-    write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
+    write_metrics(reports, "cam_labels", data, profile_name, 0.0, labels)
+    write_metrics(reports, "chapter6", data, profile_name, training_seconds(fits), chapter)
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
-    with replacing_folder(out) as folder:
-        for name, table in tables.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "claims.json", claims.complete(rows + claims.boundary(mae), data))
+    write_chapter(out, tables, claims=claims.complete(rows + claims.boundary(mae), data))
     _readable(reports / "tables", cells, chapter)
 
 

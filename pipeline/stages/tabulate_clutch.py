@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from pipeline.chapters import chapter3, clutch, example
-from pipeline.chapters.chapter3_claims import claims
 from pipeline.chapters.claims import complete
-from pipeline.chapters.readable import write_table
-from pipeline.revision import revision
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from pipeline.chapters.readable import equations_of, write_chapter, write_metrics, write_table
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import write_parquet
 from unmodelled.logs.folder import read_logs
-from unmodelled.systems.equations import equations
 from unmodelled.systems.reader import read_system
 
 IDENTIFIED = ("points", "estimates", "trace", "profiles", "pairs", "replicates")
@@ -59,16 +54,10 @@ def tabulate_clutch(
     chapter["advice"] = {"value": len(summaries[campaign]["advice"]), "text": summaries[campaign]["advice"]}
     kind = str(logs.provenance["data"])
     identified = _of(found, campaign)["identified"]
-    rows = complete(claims(own[campaign], identified, about[campaign]["samples"]), kind)
-    with replacing_folder(out) as folder:
-        for name, table in found.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "claims.json", rows)
-        write_json(folder / "equations.json", {"chapter": 3, "rows": [asdict(e) for e in equations(known)]})
-        write_json(folder / "about.json", about)
+    rows = complete(chapter3.claims(own[campaign], identified, about[campaign]["samples"]), kind)
+    write_chapter(out, found, claims=rows, equations=equations_of(3, known), about=about)
     seconds = sum(summaries[c]["seconds"] + about[c]["seconds"] for c in campaigns)
-    head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
-    write_json(reports / "metrics" / "chapter3.json", {**head, **chapter})
+    write_metrics(reports, "chapter3", kind, profile_name, seconds, chapter)
     _readable(reports / "tables", own[campaign], about[campaign]["samples"])
 
 

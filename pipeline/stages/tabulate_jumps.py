@@ -8,15 +8,13 @@ from typing import Any
 import pandas as pd
 
 from pipeline.chapters import chapter5
-from pipeline.chapters.chapter5_claims import claims
 from pipeline.chapters.claims import complete
-from pipeline.chapters.readable import training_seconds, write_table
-from pipeline.revision import revision
+from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.base.parquet import read_parquet
 from unmodelled.learning.splits import Split, fold_named
 
 PREDICTED = ("runs", "repeats", "examples")
@@ -68,14 +66,10 @@ def tabulate_jumps(
     found |= {kind: read_parquet(attributions / f"{kind}.parquet") for kind in EXPLAINED}
     chapter = _chapter(found, campaign.experiments, split)
     data = str(campaign.provenance["data"])
-    rows = complete(claims(found["repeats"], found["overall"]), data)
-    with replacing_folder(out) as folder:
-        for name, table in found.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "claims.json", rows)
+    rows = complete(chapter5.claims(found["repeats"], found["overall"]), data)
+    write_chapter(out, found, claims=rows)
     seconds = training_seconds(fits) + float(read_json(attributions / "attribution.json")["seconds"])
-    head = {"data": data, "profile": profile_name, "revision": revision(), "seconds": seconds}
-    write_json(reports / "metrics" / "chapter5.json", {**head, **chapter})
+    write_metrics(reports, "chapter5", data, profile_name, seconds, chapter)
     write_table(
         reports / "tables" / "jumps",
         chapter5.readable(found["runs"]),

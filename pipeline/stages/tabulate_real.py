@@ -6,9 +6,7 @@ from pathlib import Path
 
 from pipeline.chapters import real
 from pipeline.chapters.known import read_machines
-from pipeline.chapters.readable import write_table
-from pipeline.revision import revision
-from unmodelled.base.files import write_json
+from pipeline.chapters.readable import write_metrics, write_table
 from unmodelled.base.ownership import verb
 
 TITLES = {
@@ -46,25 +44,17 @@ def tabulate_real(diagnoses: Path, systems: Path, profile_name: str, reports: Pa
     }
     for name, table in tables.items():
         write_table(reports / "tables" / name, table, None, TITLES[name], real.PROTOCOL, data)
-    head = {
-        "data": data,
-        "profile": profile_name,
-        "revision": revision(),
-        "seconds": 0.0,
-        "protocol": real.PROTOCOL,
-        "cases": {
-            "known": {"value": len(judgements), "unit": "cases"},
-            "diagnosed": {"value": len(found), "unit": "cases"},
-            **{
-                answer: {"value": int((judgements[answer] == "yes").sum()), "unit": "cases", "n": len(found)}
-                for answer in ("holds", "harmful")
-            },
-        },
+    counts = {
+        answer: {"value": int((judgements[answer] == "yes").sum()), "unit": "cases", "n": len(found)}
+        for answer in ("holds", "harmful")
     }
+    known, diagnosed = ({"value": len(rows), "unit": "cases"} for rows in (judgements, found))
+    cases = {"known": known, "diagnosed": diagnosed, **counts}
     by_machine: dict[str, dict[str, object]] = {}
     for one in found:
         by_machine.setdefault(one.machine, {})[one.withheld] = real.leaves(one.report)
-    write_json(reports / "metrics" / "real.json", {**head, **by_machine})
+    numbers = {"protocol": real.PROTOCOL, "cases": cases, **by_machine}
+    write_metrics(reports, "real", data, profile_name, 0.0, numbers)
     for row in judgements.to_dict("records"):
         failed = f"; failed at {row['failed at']}" if row["holds"] == "no" else ""
         print(f"{row['machine']}, {row['withheld']} withheld: {row['verdict']}: {row['effects']}{failed}")

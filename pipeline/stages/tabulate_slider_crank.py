@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,25 +11,23 @@ import pandas as pd
 from pipeline.chapters import chapter4
 from pipeline.chapters import slider_crank as tables
 from pipeline.chapters.claims import complete
-from pipeline.chapters.readable import training_seconds, write_table
-from pipeline.revision import revision
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from pipeline.chapters.readable import (
+    equations_of,
+    training_seconds,
+    write_chapter,
+    write_metrics,
+    write_table,
+)
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.base.parquet import read_parquet
 from unmodelled.learning.closed_form import closed_form
 from unmodelled.logs.folder import read_logs
-from unmodelled.systems.equations import equations
 from unmodelled.systems.reader import read_system
 
 
 @verb(inside=["data"])
-def tabulate_slider_crank(
-    system: Path,
-    data: Path,
-    profile_name: str,
-    out: Path,
-    reports: Path,
-) -> None:
+def tabulate_slider_crank(system: Path, data: Path, profile_name: str, out: Path, reports: Path) -> None:
     """Write tables, claims and equations to `out`, chapter4.json and readable tables to `reports`.
 
     Args:
@@ -61,14 +58,8 @@ def tabulate_slider_crank(
     }
     kind = str(logs["slider_crank"].provenance["data"])
     rows = complete(chapter4.claims(chapter, found["errors"], found["history"], advice), kind)
-    seconds = training_seconds(fits)
-    with replacing_folder(out) as folder:
-        for name, table in {**found, "closed_form": formula}.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "claims.json", rows)
-        write_json(folder / "equations.json", {"chapter": 4, "rows": [asdict(e) for e in equations(known)]})
-    head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
-    write_json(reports / "metrics" / "chapter4.json", {**head, **chapter})
+    write_chapter(out, {**found, "closed_form": formula}, claims=rows, equations=equations_of(4, known))
+    write_metrics(reports, "chapter4", kind, profile_name, training_seconds(fits), chapter)
     _readable(reports / "tables", found["parameters"], free, chapter)
 
 

@@ -8,14 +8,12 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.chapters.readable import write_table
-from pipeline.revision import revision
+from pipeline.chapters.readable import write_chapter, write_metrics, write_table
 from pipeline.withheld.answers import answers
 from pipeline.withheld.folders import COSTS
 from pipeline.withheld.scores import PROTOCOL, calibration, confusion, detection, listed, misses, scores
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import write_parquet
 
 
 @verb()
@@ -41,18 +39,10 @@ def tabulate_withheld(
     rows = pd.DataFrame(_rows(cases, diagnoses, refits))
     found = {"cases": rows, "detection": detection(rows), "calibration": calibration(rows)}
     found |= {"confusion": confusion(rows), "misses": misses(rows)}
-    with replacing_folder(out) as folder:
-        for name, table in found.items():
-            write_parquet(table, folder / f"{name}.parquet")
+    write_chapter(out, found)
     systems = {str(name): scores(group) for name, group in rows.groupby("system")}
-    head = {
-        "data": "virtual",
-        "profile": profile_name,
-        "revision": revision(),
-        "seconds": float(rows["seconds"].sum()),
-        "protocol": PROTOCOL,
-    }
-    write_json(reports / "metrics" / "withheld.json", {**head, **scores(rows), "systems": systems})
+    numbers = {"protocol": PROTOCOL, **scores(rows), "systems": systems}
+    write_metrics(reports, "withheld", "virtual", profile_name, float(rows["seconds"].sum()), numbers)
     tables = reports / "tables"
     write_table(tables / "withheld", listed(rows), None, "Withheld check", PROTOCOL, "virtual")
     title = "Withheld check: every case whose answer is not right"

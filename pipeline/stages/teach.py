@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pipeline.cam_follower.efficiency import efficiency
-from pipeline.cam_follower.static import fit_motor, fit_network
+from pipeline.arrays import Array
+from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
 from pipeline.chapters import chapter2
 from pipeline.chapters.claims import complete
-from pipeline.revision import revision
+from pipeline.chapters.readable import equations_of, write_chapter, write_metrics
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.held_out import free_runs
@@ -31,11 +28,9 @@ from unmodelled.learning.windows import Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_columns
-from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 Tables = dict[str, pd.DataFrame]
 
 
@@ -85,15 +80,11 @@ def teach(
     swings = _pendulum(known, logs, recipes, trained, repeats, seed)
     static = chapter2.curve_errors(_curves(motor, hidden[-1], penalty), about["lowest"], about["highest"])
     dynamic = swings["swing_errors"]
-    with replacing_folder(out) as folder:
-        for name, table in {**motor, **swings}.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "about.json", about)
-        write_json(folder / "claims.json", complete(chapter2.claims(static, dynamic), kind))
-        write_json(folder / "equations.json", {"chapter": 2, "rows": [asdict(e) for e in equations(known)]})
-    head = {"data": kind, "profile": "-", "revision": revision(), "seconds": time.monotonic() - begin}
+    claims = complete(chapter2.claims(static, dynamic), kind)
+    write_chapter(out, {**motor, **swings}, about=about, claims=claims, equations=equations_of(2, known))
+    seconds = time.monotonic() - begin
     found = chapter2.numbers(about, static, motor["network_errors"], dynamic)
-    write_json(reports / "metrics" / "chapter2.json", {**head, **found})
+    write_metrics(reports, "chapter2", kind, "-", seconds, found)
 
 
 def _motor(raw: Path, about: dict[str, Any], hidden: Sequence[int], seeds: int) -> Tables:

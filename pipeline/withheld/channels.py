@@ -6,12 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: States at which influences are compared.
 _POINTS = 64

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.withheld.channels import parameter_channels
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.recording import Recording
@@ -21,8 +21,6 @@ from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Of the shapes of one variant: values that a fit starts from, at most.
 STARTS = 64

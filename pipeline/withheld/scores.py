@@ -10,13 +10,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.chapters.leaves import SAMPLES, mean_leaf
 from pipeline.chapters.summary import share
 from pipeline.withheld.judging import CONFIDENT, NAMING
-
-Array = NDArray[np.float64]
 
 #: Of the confidence, from 0 to 1.
 BINS = 10

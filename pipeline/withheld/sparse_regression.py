@@ -14,18 +14,16 @@ from itertools import product
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 from sklearn.linear_model import LassoCV
 from sklearn.model_selection import GroupKFold
 
+from pipeline.arrays import Array, Indices
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.added import Added
 from unmodelled.effects.library import effects
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Samples that are regressed, about, and values of the shapes of one effect, at most.
 SAMPLES, POINTS = 3000, 6
@@ -94,10 +92,10 @@ class _Problem:
     """
 
     study: Study
-    rows: NDArray[np.int64]
+    rows: Indices
     states: tuple[int, ...]
     scale: Array
-    owner: NDArray[np.int64]
+    owner: Indices
     target: Array
 
     @classmethod

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from pipeline.attribution import tables
-from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
-from pipeline.attribution.groups import players
-from pipeline.figures.jumps.explanation import explanation
+from pipeline.attribution.result import players
+from pipeline.attribution.tables import Choice
+from pipeline.figures.jumps.contributions import explanation
 from tests.attribution.problems import inputs_of, random_network, random_runs
 from unmodelled.base.errors import BadInput
 

@@ -12,8 +12,7 @@ import time
 from pathlib import Path
 
 from pipeline.chapters.known import SUFFIX, read_machines, system_files
-from pipeline.chapters.real import said
-from pipeline.chapters.real_judged import judged
+from pipeline.chapters.real import judged, said
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.chapters.chapter3_claims import claims
+from pipeline.chapters.chapter3 import claims
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
 from unmodelled.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY

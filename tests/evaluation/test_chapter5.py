@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from pipeline.chapters import chapter5
-from pipeline.chapters.chapter5_claims import claims
+from pipeline.chapters.chapter5 import claims
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, fold_named

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.tutorial import flexibility, forecast, motor
+from pipeline.figures.tutorial import forecast, motor
 from tests.figures.checks import (
     Draw,
     check_caption,
@@ -103,7 +103,7 @@ def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_pat
 
 def test_the_shares_of_the_power_add_up_to_one() -> None:
     """E_a (I - B' E_a) / (V I), R_a I / V and B' E_a^2 / (V I), as the figure stacks them."""
-    from pipeline.cam_follower.efficiency import efficiency
+    from pipeline.cam_follower.static import efficiency
 
     current, voltage, resistance, friction = np.array([3.0, 9.0, 20.0]), 200.0, 5.0, 0.006
     emf = 1.0 - resistance * current / voltage
@@ -112,7 +112,7 @@ def test_the_shares_of_the_power_add_up_to_one() -> None:
 
 
 def test_panels_show_the_smallest_largest_and_best_network(folder: Path) -> None:
-    found = titles(flexibility.flexibility(folder))
+    found = titles(motor.flexibility(folder))
     assert found[0].startswith("a: underfit, 1 neuron\n") and "RMSE 10 ‰ in training, 21 ‰" in found[0]
     assert found[1].startswith("b: overfit, 16 neurons\n") and "31 ‰ on new samples" in found[1]
     assert found[2].startswith("c: balance, 2 neurons\n") and "12 ‰ on new samples" in found[2]

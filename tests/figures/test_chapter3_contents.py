@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.clutch import accuracy, data, densities, engagement, identification, points, tables
+from pipeline.figures.clutch import accuracy, data, densities, identification, points, tables
 from tests.figures.clutch_tables import (
     NAMES,
     RATIO,
@@ -104,7 +104,7 @@ def test_the_mean_reduction_of_the_distance_is_marked(folder: Path) -> None:
 
 
 def test_the_gear_ratio_is_that_of_the_joined_shafts(folder: Path) -> None:
-    legend = engagement.torques_and_speeds(folder).axes[1].get_legend()
+    legend = data.torques_and_speeds(folder).axes[1].get_legend()
     assert legend is not None
     shown = [text.get_text() for text in legend.get_texts()]
     assert any(f"R = {RATIO:.2f}" in text for text in shown)

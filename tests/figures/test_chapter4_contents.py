@@ -10,7 +10,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.figures.slider_crank import closed_form, horizon, parameters, tables
+from pipeline.figures.slider_crank import force, horizon, parameters, tables
 from tests.figures.slider_crank_tables import Tables, make_tables, write
 
 
@@ -62,7 +62,7 @@ def panel(figure: Figure) -> Axes:
 
 
 def test_the_formula_stands_above_its_figure(content: Tables, folder: Path) -> None:
-    assert content["closed_form"]["formula"].iloc[0] in closed_form.closed_form(folder).get_suptitle()
+    assert content["closed_form"]["formula"].iloc[0] in force.closed_form(folder).get_suptitle()
 
 
 def test_the_example_is_the_dissertations_where_it_is_on_file() -> None:

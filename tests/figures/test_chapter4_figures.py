@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.slider_crank import inputs, sensitivity
+from pipeline.figures.slider_crank import inputs, parameters
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, figures_of, name_of
 from tests.figures.slider_crank_tables import Tables, make_tables, write
 
@@ -39,7 +39,7 @@ def labels(figure: Figure, axis: str) -> list[str]:
 def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path) -> None:
     figure = draw(folder)
     assert any("(" in text for text in labels(figure, "x") + [axes.get_title() for axes in figure.axes])
-    unlabelled = {sensitivity.correlations, inputs.network_inputs}  # symbols, and sets of inputs with a title
+    unlabelled = {parameters.correlations, inputs.network_inputs}  # symbols, and sets of inputs with a title
     for axis in "x" if draw in unlabelled else "xy":
         assert all("(" in text for text in labels(figure, axis)), labels(figure, axis)
     check_caption(draw)

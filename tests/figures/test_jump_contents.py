@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.jumps import contributions, errors, example, maxima, settings, tables, trajectories
+from pipeline.figures.jumps import contributions, errors, example, tables
 from tests.figures.jump_tables import FOLDS, SETTINGS, TOLD, Content, make_tables, networks_only, write
 
 
@@ -50,7 +50,7 @@ def test_jumps_told_from_contact(folder: Path) -> None:
 
 
 def test_false_alarms_and_missed_jumps_are_counted_and_marked(folder: Path) -> None:
-    figure = maxima.mean_maxima(folder)
+    figure = errors.mean_maxima(folder)
     titles = [axes.get_title().splitlines() for axes in figure.axes]
     assert titles[0] == [tables.SHORT["tau1"], "1 false, 1 missed"]
     assert {counts for _, counts in titles[1:6]} == {"0 false, 0 missed"}
@@ -59,20 +59,20 @@ def test_false_alarms_and_missed_jumps_are_counted_and_marked(folder: Path) -> N
 
 
 def test_every_row_of_maxima_says_how_many_runs_were_tested(folder: Path) -> None:
-    figure = maxima.mean_maxima(folder)
+    figure = errors.mean_maxima(folder)
     rows = [text.get_text() for axes in figure.axes for text in axes.texts]
     assert rows == ["stroke H unseen,\n12 runs", "rise β unseen,\n12 runs"]
 
 
 def test_columns_say_what_predicts(content: Content, folder: Path, tmp_path: Path) -> None:
-    titles = [axes.get_title() for axes in trajectories.predicted_detachment(folder).axes[:2]]
+    titles = [axes.get_title() for axes in example.predicted_detachment(folder).axes[:2]]
     assert titles == ["networks", "with a simulation of impacts"]
     alone = write(tmp_path, networks_only(content))
-    assert {axes.get_title() for axes in trajectories.predicted_detachment(alone).axes} == {"networks", ""}
+    assert {axes.get_title() for axes in example.predicted_detachment(alone).axes} == {"networks", ""}
 
 
 def test_a_simulation_shows_where_the_network_on_top_changes_nothing(folder: Path) -> None:
-    lines = trajectories.predicted_detachment(folder).axes[1].lines
+    lines = example.predicted_detachment(folder).axes[1].lines
     order = {line.get_color(): line.get_zorder() for line in lines}
     assert order[tables.LOOKS["bounce"].colour] > order[tables.LOOKS["tau4_bounce"].colour]
 
@@ -81,7 +81,7 @@ def test_lines_are_the_quartiles_of_the_change(content: Content, folder: Path) -
     runs = content["runs"]
     jumps = runs[runs["label"] == "jump"].set_index(["split", "fold", "model", "exp"])["mse"].sort_index()
     change = jumps["scarce", "5%", "tau2_blind"] - jumps["uniform", "5%", "tau2"]
-    axes = settings.without_settings(folder).axes[1]
+    axes = errors.without_settings(folder).axes[1]
     lines = [float(np.asarray(line.get_xdata())[0]) for line in axes.lines]
     assert lines == pytest.approx(change.quantile([0.25, 0.5, 0.75]).tolist())
     assert sum(bar.get_height() for bar in axes.patches) == len(change)  # type: ignore[attr-defined]

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.figures.withheld import calibration, confusion, detection, shrink
-from pipeline.figures.withheld.tables import FINDERS, MACHINES
+from pipeline.figures import withheld
 from pipeline.withheld import scores
 from tests.evaluation.test_withheld import table
 from tests.figures.checks import (
@@ -58,22 +57,22 @@ def test_figures_draw_when_there_is_one_kind_only(kind: str, tmp_path: Path) -> 
 
 
 def test_counts_are_written_into_the_matrix(folder: Path) -> None:
-    axes = confusion.confusion_matrix(folder).axes[0]
+    axes = withheld.confusion_matrix(folder).axes[0]
     assert [text.get_text() for text in axes.texts] == ["1"] * 4
     assert [label.get_text() for label in axes.get_xticklabels()][-2:] == ["unknown", "no gap"]
 
 
 def test_curves_show_the_shares(folder: Path) -> None:
-    axes = detection.amplitude_detection(folder).axes[0]
+    axes = withheld.amplitude_detection(folder).axes[0]
     lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in axes.lines}
-    assert lines[FINDERS["oracle"].label] == pytest.approx([0.0, 100.0])
-    assert lines[FINDERS["top1"].label] == pytest.approx([100.0, 25.0])
-    numbers = [text.get_text() for text in calibration.calibration_curve(folder).axes[0].texts]
+    assert lines[withheld.FINDERS["oracle"].label] == pytest.approx([0.0, 100.0])
+    assert lines[withheld.FINDERS["top1"].label] == pytest.approx([100.0, 25.0])
+    numbers = [text.get_text() for text in withheld.calibration_curve(folder).axes[0].texts]
     assert numbers == ["1", "1", "8"]
 
 
 def test_a_right_answer_is_a_filled_marker(folder: Path) -> None:
-    left = shrink.shrink_against_oracle(folder).axes[0]
+    left = withheld.shrink_against_oracle(folder).axes[0]
     faces = [len(points.get_facecolor()) > 0 for points in left.collections if len(points.get_offsets())]
     assert sorted(faces) == [False, False, True]
 
@@ -81,4 +80,4 @@ def test_a_right_answer_is_a_filled_marker(folder: Path) -> None:
 def test_every_machine_has_a_look() -> None:
     from pipeline.rigs.withheld.machines import MACHINES as REAL
 
-    assert set(MACHINES) == {machine.name for machine in REAL}
+    assert set(withheld.MACHINES) == {machine.name for machine in REAL}

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower import bounce
 from pipeline.cam_follower.bounce import Bounce, BounceParameters, CamMotion, simulate
-from pipeline.cam_follower.bounce_gate import gate, gated, residual, with_bounce
 from pipeline.cam_follower.bounce_kernel import Stretches
 from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.simulation import gate, gated, residual, with_bounce
 from pipeline.stages.featurize import interface_force, on_cam
 from tests.learning.bounce_runs import PARAMETERS, PERIOD, campaign, turning
 from unmodelled.base.errors import BadInput

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipeline.cam_follower.efficiency import efficiency
+from pipeline.cam_follower.static import efficiency
 
 
 @pytest.mark.parametrize("constant", [0.4, 1.25])

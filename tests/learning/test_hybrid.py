@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.bounce import BounceParameters
 from pipeline.cam_follower.bounce_fitting import START
-from pipeline.cam_follower.bounce_gate import with_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import Family
 from pipeline.cam_follower.jumps import Observed
@@ -20,7 +19,7 @@ from pipeline.cam_follower.sequence.hybrid import BounceHybrid
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened
+from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened, with_bounce
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Split

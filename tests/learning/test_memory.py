@@ -12,10 +12,10 @@ from pipeline.cam_follower import gaussian_process, one_step
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench
 from pipeline.cam_follower.dataset import Dataset
-from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.dynamics import Dynamics, raw_inputs
 from pipeline.cam_follower.gaussian_process import GaussianProcess
 from pipeline.cam_follower.memory import Narx, Recurrent
-from pipeline.cam_follower.relu_ode import BlackBox, raw_inputs
+from pipeline.cam_follower.relu_ode import BlackBox
 from unmodelled.base.campaign import Campaign
 
 PERIOD, SAMPLES, TRAIN = 0.01, 200, [np.arange(20)]

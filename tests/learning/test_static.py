@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.cam_follower.efficiency import efficiency
-from pipeline.cam_follower.static import fit_motor, fit_network
+from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
 
 Array = NDArray[np.float64]
 U: Array = np.linspace(4.0, 15.0, 16)

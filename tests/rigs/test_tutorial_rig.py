@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.cam_follower.efficiency import efficiency
+from pipeline.cam_follower.static import efficiency
 from pipeline.rigs.tutorial import MotorBench, TutorialCampaign
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system

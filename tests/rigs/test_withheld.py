@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.withheld.campaign import write
+from pipeline.rigs.withheld.carriages import Hoist
 from pipeline.rigs.withheld.cases import Case, Planted
+from pipeline.rigs.withheld.cranks import Pendulum, SliderCrank
 from pipeline.rigs.withheld.effects.effect import Plan, Plantable, Port
 from pipeline.rigs.withheld.effects.friction import Coulomb
 from pipeline.rigs.withheld.effects.play import LooseInertia
 from pipeline.rigs.withheld.experiments import run
-from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY, MACHINES
-from pipeline.rigs.withheld.pendulum import Pendulum
-from pipeline.rigs.withheld.slider_crank import SliderCrank
 from pipeline.rigs.withheld.stepping import move
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.folder import read_logs

@@ -13,11 +13,11 @@ import pytest
 import yaml
 
 from pipeline.rigs.withheld.campaign import SYSTEMS, WithheldCampaign, write
+from pipeline.rigs.withheld.carriages import Hoist
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
 from pipeline.rigs.withheld.effects.effect import Only, Plan
 from pipeline.rigs.withheld.experiments import run
-from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import BALANCES, EVERY, FURTHER, MACHINES
 from unmodelled.base.errors import BadInput

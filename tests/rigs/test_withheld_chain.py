@@ -10,25 +10,26 @@ import numpy as np
 import pytest
 
 from pipeline.rigs.withheld.campaign import write
+from pipeline.rigs.withheld.carriages import Hoist
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.chain.campaign import MATERIAL, write_measured
 from pipeline.rigs.withheld.chain.case import VALIDATION, MeasuredCase
-from pipeline.rigs.withheld.chain.clock import Clock
-from pipeline.rigs.withheld.chain.closed_loop import ClosedLoop
 from pipeline.rigs.withheld.chain.drawing import measured_cases
-from pipeline.rigs.withheld.chain.drive import DriveLag, VaryingSupply
-from pipeline.rigs.withheld.chain.encoder import CoarseEncoder
-from pipeline.rigs.withheld.chain.low_pass import LowPass
-from pipeline.rigs.withheld.chain.measuring import moved
+from pipeline.rigs.withheld.chain.drive import ClosedLoop, DriveLag, VaryingFriction, VaryingSupply
+from pipeline.rigs.withheld.chain.logger import (
+    Clock,
+    CoarseEncoder,
+    DifferencedSpeed,
+    LowPass,
+    PositionOnly,
+    differenced,
+)
+from pipeline.rigs.withheld.chain.measuring import moved, shares
 from pipeline.rigs.withheld.chain.part import Readings
-from pipeline.rigs.withheld.chain.shares import shares
-from pipeline.rigs.withheld.chain.speed import DifferencedSpeed, PositionOnly, differenced
-from pipeline.rigs.withheld.chain.varying_friction import VaryingFriction
+from pipeline.rigs.withheld.cranks import Pendulum
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effects.effect import Plan
-from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machines import EVERY, FURTHER
-from pipeline.rigs.withheld.pendulum import Pendulum
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system

@@ -10,8 +10,7 @@ import pandas as pd
 import pytest
 
 from pipeline.chapters.known import KnownCase, read_machines
-from pipeline.chapters.real import said
-from pipeline.chapters.real_judged import judged
+from pipeline.chapters.real import judged, said
 from pipeline.stages.tabulate_real import tabulate_real
 from tests.conftest import stages
 from unmodelled.base.errors import BadInput

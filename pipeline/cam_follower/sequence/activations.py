@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Single
 from unmodelled.base.compiling import compiled
-
-Single = NDArray[np.float32]
 
 ZERO, HALF, ONE = (np.float32(x) for x in (0.0, 0.5, 1.0))
 #: tanh x = x P(x^2) / Q(x^2) within 4e-7, from rational minimax approximation; constant beyond BOUND.

@@ -10,13 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Indices, Single
 from pipeline.cam_follower.sequence.products import LEAST
 from unmodelled.base.compiling import compiled
-
-Single = NDArray[np.float32]
-Indices = NDArray[np.int64]
 
 
 class Sizes(NamedTuple):

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
@@ -18,8 +18,6 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.threads import one_thread
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
-
-Array = NDArray[np.float64]
 
 #: Written when all fits of a folder are there.
 SUMMARY = "fits.json"
@@ -82,7 +80,7 @@ def _checked(path: Path) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Fits:
+class Fits(Fitted):
     """All networks of a folder.
 
     Attributes:
@@ -97,17 +95,10 @@ class Fits:
 
     @property
     def folds(self) -> list[str]:
-        """Names of the folds."""
         return list(self.networks)
 
     @property
-    def parts(self) -> dict[str, Fitted]:
-        """Models that these networks build on: none."""
-        return {}
-
-    @property
     def explainable(self) -> Mapping[str, list[DetachmentNetwork]]:
-        """Networks of every fold, one per repeat."""
         return self.networks
 
     def sequences(self, campaign: Campaign) -> Sequences:
@@ -123,10 +114,6 @@ class Fits:
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Predict the detachment eps of all runs of a campaign by every repeat of a fold.
-
-        Gives (repeats, runs, steps) in m.
-        """
         return self.predict(fold, self.sequences(campaign))
 
 

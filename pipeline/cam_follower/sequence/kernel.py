@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.arrays import Single
 from pipeline.cam_follower.sequence.activations import add_columns, copy, rectified, set_rows, sigmoid, tanh
-from pipeline.cam_follower.sequence.arrays import Batch, Single, Sizes, Weights, Work, views
+from pipeline.cam_follower.sequence.arrays import Batch, Sizes, Weights, Work, views
 from pipeline.cam_follower.sequence.products import add_product
 from unmodelled.base.compiling import compiled
 

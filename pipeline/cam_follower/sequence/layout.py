@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Single
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence.arrays import Sizes, filled_up, views
 from pipeline.cam_follower.sequence.products import LEAST
 from unmodelled.base.errors import BadInput
-
-Single = NDArray[np.float32]
 
 #: The kernel's order of the gates (input, forget, output, candidate) among torch's.
 GATES = [0, 1, 3, 2]

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.cam_follower.sequence.arrays import Batch, Indices, Single, Sizes, Work
+from pipeline.arrays import Indices, Single
+from pipeline.cam_follower.sequence.arrays import Batch, Sizes, Work
 from pipeline.cam_follower.sequence.kernel import gradient
 from pipeline.cam_follower.sequence.products import LEAST
 from unmodelled.base.compiling import compiled

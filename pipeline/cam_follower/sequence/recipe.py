@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 import torch
 
+from pipeline.arrays import Indices
+from pipeline.cam_follower.detachment import DetachmentRecipe
 from pipeline.cam_follower.lstm import DetachmentNetwork
-from pipeline.cam_follower.sequence.arrays import Indices, Sizes
+from pipeline.cam_follower.sequence.arrays import Sizes
 from pipeline.cam_follower.sequence.fits import SUMMARY, Fits, path_of, read_about, read_fits, save_fit
 from pipeline.cam_follower.sequence.layout import sizes
 from pipeline.cam_follower.sequence.stack import train_stack
@@ -29,8 +31,14 @@ from unmodelled.base.progress import Counter
 
 
 @dataclass(frozen=True)
-class SequenceRecipe:
+class SequenceRecipe(DetachmentRecipe):
     """A detachment network and its training (section 5.4.2).
+
+    `fit` writes one file per fold and repeat, and fits.json when all files are complete. Existing fits of the
+    same data, settings and seed are kept, so that an interrupted training continues with the next fit; a
+    damaged fit or a fit of other features is refused, and nothing is overwritten then. Repeats differ in
+    their initial weights and in the order of the runs. On another device than the processor, the repeats of a
+    fold are one stack.
 
     Attributes:
         inputs: names of the features tau and the settings q_s.
@@ -71,28 +79,6 @@ class SequenceRecipe:
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Write one file per fold and repeat, and fits.json when all files are complete.
-
-        Existing fits of the same data, settings and seed are kept, so that an interrupted training continues
-        with the next fit. Repeats differ in their initial weights and in the order of the runs.
-
-        Args:
-            campaign: runs with the signals that the model reads.
-            folds: rows of the training runs by the name of the fold, each of shape (runs,).
-            repeats: number of models per fold, which differ in their random start.
-            seed: seed of the random generators.
-            out: folder of the results.
-            workers: number of fits that run side by side, each on one core; default 2.
-            device: `cpu` for the compiled kernel (default), or a device of torch such as `cuda`, on which the
-                repeats of a fold are one stack.
-
-        Returns:
-            Time that all fits took, whenever they were made, core seconds.
-
-        Raises:
-            BadInput: when the data do not suit the recipe, or `out` holds a damaged fit or a fit of other
-                features; nothing is overwritten then.
-        """
         tasks = self._tasks(campaign, folds, repeats, seed, out)
         left = [task for task in tasks if not task.done()]
         if left:
@@ -136,15 +122,6 @@ class SequenceRecipe:
         }
 
     def read(self, folder: Path) -> Fits:
-        """Read the networks that `fit` wrote.
-
-        Args:
-            folder: folder of the results.
-
-        Raises:
-            BadInput: when the training has not finished, or a file is missing, damaged, or of other features
-                or another number of samples.
-        """
         fits = read_fits(folder)
         read_about(path_of(folder, 0, 0), self.inputs)
         if fits.samples != self.samples:

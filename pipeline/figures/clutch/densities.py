@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.stats import truncnorm
 
+from pipeline.arrays import Array
 from pipeline.figures.clutch.points import PANEL, Place, area, measured, measured_handles, places
 from pipeline.figures.clutch.tables import (
     DEMO,
@@ -19,7 +19,6 @@ from pipeline.figures.clutch.tables import (
     MAXIMUM_ENTROPY,
     MONTE_CARLO,
     OPTIMA,
-    WINE,
     about,
     alpha_text,
     area_of,
@@ -27,9 +26,8 @@ from pipeline.figures.clutch.tables import (
     optima,
     table,
 )
+from pipeline.figures.palette import WINE
 from unmodelled.report.figures.style import absent, new_figure, styled
-
-Array = NDArray[np.float64]
 
 #: Share of the width of the bounds that is shown around them.
 MARGIN = 0.04

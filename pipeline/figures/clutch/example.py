@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.clutch.tables import CHAOS, INDIGO, LOOKS, area_of, line_of, listed_x, table
+from pipeline.figures.clutch.tables import CHAOS, LOOKS, area_of, line_of, listed_x, table
+from pipeline.figures.palette import INDIGO
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades, styled
 
 BINS = 10

@@ -15,14 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from pipeline.arrays import Array
 from pipeline.figures.clutch.tables import (
-    INDIGO,
     LOOKS,
     PUSH_FORWARD,
-    WINE,
     about,
     methods,
     optima,
@@ -30,9 +28,8 @@ from pipeline.figures.clutch.tables import (
     symbol,
     table,
 )
+from pipeline.figures.palette import INDIGO, WINE, nothing
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
-
-Array = NDArray[np.float64]
 
 NUMBERS = ("mu_1", "mu_2", "sigma_1", "sigma_2")
 CONFIDENCE = 0.95
@@ -141,9 +138,7 @@ def profile_pairs(data: Path) -> Figure:
     known = {(row.first, row.second) for row in grids.itertuples(index=False)}
     couples = [couple for couple in combinations(NUMBERS, 2) if couple in known]
     if not couples:
-        figure = new_figure(2.0)
-        absent(figure.subplots(), "no pair was profiled")
-        return figure
+        return nothing("no pair was profiled")
     figure = new_figure(8.6)
     grid = figure.add_gridspec(3, 3)
     cells = (grid[:2, :2], grid[0, 2], grid[1, 2], *(grid[2, k] for k in range(3)))

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.clutch.tables import dot
 from unmodelled.report.figures.style import BLACK
-
-Array = NDArray[np.float64]
 
 PANEL = 2.0  # in, height of a panel
 #: Width of all points of one profile, and of what is drawn of one point; profiles are 1 apart.

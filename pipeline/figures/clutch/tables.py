@@ -5,21 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
+from pipeline.figures.palette import INDIGO
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
-Array = NDArray[np.float64]
-
-INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: The campaign of all figures that do not compare campaigns.
 CAMPAIGN = "clutch"
 GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
+import warnings
+from functools import cache
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -13,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.jumps.explanation import explanation, shap_library
-from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, nothing, table
+from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, table
+from pipeline.figures.palette import nothing
 from unmodelled.report.figures.style import BLACK, GREY, MM, halo, new_figure, styled
 
 #: Methods on the same few runs.
@@ -203,3 +207,29 @@ def _beeswarm(axes: Axes, points: pd.DataFrame) -> None:
     )
     axes.set_xlabel("Φ (mm)", fontsize=10)
     axes.tick_params(labelsize=9)
+
+
+if TYPE_CHECKING:
+    from shap import Explanation
+
+
+@cache
+def shap_library() -> ModuleType:
+    """Return the package shap, which takes seconds to import and warns while it does."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return importlib.import_module("shap")
+
+
+def explanation(points: pd.DataFrame, scale: float = 1.0) -> Explanation:
+    """Return attributions of one network as a `shap.Explanation` with a row for every run and step."""
+    names = list(dict.fromkeys(points["feature"]))
+    wide = points.pivot(index=["exp", "step"], columns="feature", values=["phi", "value"])
+    base = points.groupby(["exp", "step"])["base"].first()
+    found: Explanation = shap_library().Explanation(
+        scale * wide["phi"][names].to_numpy(),
+        base_values=scale * base.to_numpy(),
+        data=wide["value"][names].to_numpy(),
+        feature_names=names,
+    )
+    return found

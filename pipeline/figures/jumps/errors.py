@@ -1,20 +1,38 @@
-"""Draw errors of the predicted detachment over models and training data."""
+"""Draw errors of the predicted detachment over models and training data, and what the settings are worth."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, FuncFormatter, LogLocator, NullLocator
 
+from pipeline.arrays import Array
 from pipeline.chapters.summary import leaf, share
-from pipeline.figures.jumps.folds import Score, draw_scores, sides
-from pipeline.figures.jumps.tables import LOOKS, experiments, handle, models, nothing, table
-from pipeline.figures.palette import plain_log
-from unmodelled.report.figures.style import Look, new_figure, styled
+from pipeline.figures.examples import experiments_of
+from pipeline.figures.jumps.tables import (
+    BLIND,
+    FACTORS,
+    FEATURE_SETS,
+    LOOKS,
+    SCARCE,
+    SHORT,
+    UNIFORM,
+    WITHOUT,
+    handle,
+    models,
+    of_fold,
+    table,
+)
+from pipeline.figures.palette import nothing, plain_log
+from unmodelled.report.figures.style import BLACK, GREY, LABELS, MM, Look, new_figure, styled
 
 #: A negative F-dagger of the measured run says jump; it stands beside the models.
 FORCE = "f_dagger"
@@ -51,7 +69,7 @@ def errors_by_label(data: Path) -> Figure:
         "contact runs,\nmedian MSE (mm²)": lambda runs: _median(runs, "contact"),
         "jump told from\ncontact (% of runs)": _accuracy,
     }
-    force = _by_force(rows, experiments(data))
+    force = _by_force(rows, experiments_of(data, "features"))
     looks = {**LOOKS, FORCE: FORCE_LOOK}
     return _score_figure(pd.concat([rows, force], ignore_index=True), scores, looks, 8.4)
 
@@ -108,3 +126,208 @@ def _by_force(rows: pd.DataFrame, campaign: pd.DataFrame) -> pd.DataFrame:
     tested = rows[["split", "fold", "exp", "label"]].drop_duplicates()
     force = campaign.set_index("exp")["f_min"]
     return tested.assign(model=FORCE, jumps=tested["exp"].map(force) < 0.0)
+
+
+FACTOR_NAMES = {"H": "stroke H", "beta": "rise β", "m": "mass m"}
+#: Of markers that look small, pt.
+MARKER_SIZES = {"X": 8.5, "P": 8.5, "*": 12.0}
+#: From the rows of one model on one fold to a value and its interval; nothing where there is none.
+Score = Callable[[pd.DataFrame], Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Side:
+    """A panel with the folds of one split.
+
+    Attributes:
+        split: name of the split.
+        folds: names of the folds from left to right.
+        xlabel: label below the panel.
+        title: title above the panel.
+    """
+
+    split: str
+    folds: list[str]
+    xlabel: str
+    title: str
+
+    def name(self, axes: Axes) -> None:
+        """Label the folds with ticks, and separate them by bands."""
+        for k in range(1, len(self.folds), 2):
+            axes.axvspan(k - 0.5, k + 0.5, color="0.95", linewidth=0, zorder=-2)
+        names = [FACTOR_NAMES.get(fold, fold.removesuffix("%")) for fold in self.folds]
+        axes.set_xticks(range(len(names)), names)
+        axes.tick_params(axis="x", length=0)
+        axes.set(xlim=(-0.5, len(names) - 0.5))
+
+
+def sides(rows: pd.DataFrame) -> list[Side]:
+    """Return the panels that a table has folds for: uniform shares in increasing order, and factors."""
+    folds = {split: set(group["fold"]) for split, group in rows.groupby("split")}
+    shares = sorted(folds.get(UNIFORM, ()), key=lambda fold: float(fold.removesuffix("%")))
+    factors = [name for name in FACTOR_NAMES if name in folds.get(FACTORS, ())]
+    both = [
+        Side(UNIFORM, shares, "runs trained on (%)", "trained on random runs"),
+        Side(FACTORS, factors, "factor (-)", "trained on every other level of a factor"),
+    ]
+    return [side for side in both if side.folds]
+
+
+def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, Look], score: Score) -> None:
+    """Draw the scores of models on every fold of a panel: a marker for the value, a bar for the interval."""
+    offsets = (np.arange(len(looks)) - (len(looks) - 1) / 2.0) * 0.8 / len(looks)
+    own = rows[rows["split"] == side.split]
+    for (model, look), offset in zip(looks.items(), offsets, strict=True):
+        for k, fold in enumerate(side.folds):
+            found = score(own[(own["model"] == model) & (own["fold"] == fold)])
+            if found:
+                draw_score(axes, k + float(offset), found, look)
+    side.name(axes)
+
+
+def draw_score(axes: Axes, x: float, found: Mapping[str, Any], look: Look) -> None:
+    """Draw one value with its interval."""
+    value = found["value"]
+    ends = found.get("interval", (value, value))
+    axes.plot([x, x], ends, color=look.colour, linewidth=3.4, alpha=0.55, solid_capstyle="butt")
+    size = MARKER_SIZES.get(look.marker, 7.0)
+    axes.plot(x, value, look.marker, color=look.colour, markersize=size, mec="white", mew=0.7, zorder=3)
+
+
+#: Lowest detachment shown, mm; smaller ones are drawn here, as a logarithmic axis has no zero.
+LOWEST = 0.01
+#: Runs whose label the prediction mistakes: measured label -> name and marker.
+MISTAKEN = {"contact": ("false alarm", "^"), "jump": ("missed jump", "v")}
+
+
+@styled
+def mean_maxima(data: Path) -> Figure:
+    """Predicted against measured mean largest detachment (mm) of runs with an unseen stroke H or rise β.
+
+    Trained on every other level of the factor, tested on the other levels; median prediction of the repeats.
+    Dots on the line are exact. Triangles mark runs with a wrong label: false alarms (contact runs) and missed
+    jumps; their numbers stand above. A prediction is called a jump where it exceeds a share of the stroke
+    that was chosen on the training runs. Values below 0.01 mm are drawn at 0.01 mm.
+    """
+    rows = table(data, "runs")
+    folds = {name: of_fold(rows, FACTORS, name) for name in ("H", "beta")}
+    folds = {name: own for name, own in folds.items() if len(own)}
+    if not folds:
+        return nothing("no model was tested on levels of H or β")
+    names = models(pd.concat([*folds.values()]), LOOKS)
+    largest = MM * max(float(own[["measured", "predicted"]].max().max()) for own in folds.values())
+    limits = (0.7 * LOWEST, 1.5 * max(largest, LOWEST))
+    figure = new_figure(1.1 + 1.75 * len(folds))
+    grid = figure.subplots(len(folds), len(names), sharex=True, sharey=True, squeeze=False)
+    for line, (fold, own) in zip(grid, folds.items(), strict=True):
+        for axes, name in zip(line, names, strict=True):
+            mine = own[own["model"] == name]
+            axes.axline((LOWEST, LOWEST), (1.0, 1.0), color=GREY, linewidth=1.2, zorder=1)
+            counts = _compare(axes, mine, LOOKS[name])
+            axes.set_title(f"{SHORT[name]}\n{counts[0]} false, {counts[1]} missed", fontsize=9)
+            _equal_log(axes, limits)
+        line[0].annotate(
+            f"{FACTOR_NAMES[fold]} unseen,\n{own['exp'].nunique()} runs",
+            (-0.44, 0.5),
+            xycoords="axes fraction",
+            rotation=90,
+            ha="right",
+            va="center",
+            multialignment="center",
+        )
+    figure.supxlabel("measured mean largest ε (mm)", fontsize=10)
+    figure.supylabel("predicted mean largest ε (mm)", fontsize=10)
+    marks = [
+        Line2D([], [], color=LABELS[label], marker=marker, mec=BLACK, markersize=7, linestyle="", label=name)
+        for label, (name, marker) in MISTAKEN.items()
+    ]
+    figure.legend(handles=marks, loc="outside upper center", ncols=2)
+    return figure
+
+
+def _equal_log(axes: Axes, limits: tuple[float, float]) -> None:
+    """The same logarithmic scale on both axes, with plain numbers."""
+    axes.set(xscale="log", yscale="log", xlim=limits, ylim=limits, aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(numticks=9))
+        axis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.set_minor_locator(NullLocator())
+
+
+def _compare(axes: Axes, runs: pd.DataFrame, look: Look) -> list[int]:
+    """Draw the runs of one model; how many contact and jump runs it mistakes."""
+    x, y = (np.maximum(MM * runs[name].to_numpy(np.float64), LOWEST) for name in ("measured", "predicted"))
+    wrong = ((runs["label"] == "jump") != runs["jumps"]).to_numpy()
+    axes.scatter(x[~wrong], y[~wrong], s=12, color=look.colour, alpha=0.6, linewidth=0, rasterized=True)
+    counts = []
+    for label, (_, marker) in MISTAKEN.items():
+        shown = wrong & (runs["label"] == label).to_numpy()
+        axes.scatter(x[shown], y[shown], s=34, c=LABELS[label], marker=marker, ec=BLACK, lw=0.7, zorder=3)
+        counts.append(int(shown.sum()))
+    return counts
+
+
+BARS = 31
+
+
+@styled
+def without_settings(data: Path) -> Figure:
+    """Change of the MSE of jump runs when the networks are not given the settings m, H and β.
+
+    All jump runs outside the training data, which holds 5 % of the runs; median prediction of the repeats. To
+    the right of zero the network without settings has the larger error. Black lines: quartiles, the median
+    solid. Physics features are computed from the settings, so that networks with them should lose little, and
+    networks with raw measurements much. The axis is linear close to zero and logarithmic beyond; bars have
+    equal width on it.
+    """
+    rows = table(data, "runs")
+    blind, informed = of_fold(rows, WITHOUT, SCARCE), of_fold(rows, UNIFORM, SCARCE)
+    changes = {name: _change(informed, blind, name) for name in FEATURE_SETS}
+    changes = {name: change for name, change in changes.items() if len(change)}
+    if not changes:
+        return nothing("no model was trained with and without the settings, or no run jumps")
+    every = np.concatenate([change["change"] for change in changes.values()])
+    # linear about zero as far as half of the changes reach
+    width = max(float(np.median(np.abs(every))), 1e-9)
+    low, high = np.arcsinh(every.min() / width), np.arcsinh(every.max() / width)
+    edges = width * np.sinh(np.linspace(low, high, BARS + 1))
+    figure = new_figure(1.0 + 1.35 * len(changes))
+    panels = figure.subplots(len(changes), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for axes, (name, change) in zip(panels, changes.items(), strict=True):
+        _histogram(axes, change, edges, FEATURE_SETS[name])
+        _stretched(axes, width)
+        axes.set_xlim(edges[0], edges[-1])
+    panels[-1].set_xlabel("MSE without settings − MSE with settings (mm²)")
+    return figure
+
+
+def _change(informed: pd.DataFrame, blind: pd.DataFrame, name: str) -> pd.DataFrame:
+    """MSE of every jump run with and without settings, mm^2, and the change."""
+    first = informed[(informed["model"] == name) & (informed["label"] == "jump")]
+    second = blind[blind["model"] == name + BLIND]
+    both = first.merge(second, on="exp", suffixes=("", BLIND))
+    return both.assign(change=both["mse" + BLIND] - both["mse"])
+
+
+def _histogram(axes: Axes, change: pd.DataFrame, edges: Array, look: Look) -> None:
+    axes.hist(change["change"], edges.tolist(), color=look.colour)
+    quartiles = change["change"].quantile([0.25, 0.5, 0.75])
+    for quartile, line in zip(quartiles, ("--", "-", "--"), strict=True):
+        axes.axvline(quartile, color=BLACK, linewidth=2.0, linestyle=line)
+    told, blind = (_number(change[name].median()) for name in ("mse", "mse" + BLIND))
+    change_text = f"median change {_number(quartiles[0.5], sign='+')} mm²"
+    axes.set_title(f"{look.label}: {change_text}; median MSE {told} mm², without settings {blind} mm²")
+    axes.set_ylabel("jump runs (-)")
+
+
+def _number(value: float, sign: str = "") -> str:
+    return f"{value:{sign}.2g}".replace("-", "−")
+
+
+def _stretched(axes: Axes, width: float) -> None:
+    """A horizontal axis that is linear within `width` of zero and logarithmic beyond, with round numbers."""
+    axes.set_xscale("asinh", linear_width=width)
+    decades = 10.0 ** np.arange(np.ceil(np.log10(width)), 9.0)
+    axes.xaxis.set_major_locator(FixedLocator([*-decades[::-1], 0.0, *decades]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}".replace("-", "−")))

@@ -7,21 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from unmodelled.base.campaign import Campaign
+from pipeline.figures.palette import INDIGO, WINE
 from unmodelled.base.parquet import read_parquet
-from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, absent, new_figure, setting
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, setting
 
-INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.
 UNIFORM, FACTORS, WITHOUT = "uniform", "factors", "scarce"
 SCARCE, EXPLAINED = "5%", "30%"
 #: What the name of a model without the settings q_s ends in.
 BLIND = "_blind"
-SQUARE = "MSE (mm²)"
 
 FEATURE_SETS = {
     "tau1": Look(r"$\tau^{[1]}$ encoder", ORANGE, "s"),
@@ -107,11 +104,6 @@ def line_handle(look: Look) -> Line2D:
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=2.0, label=look.label)
 
 
-def experiments(data: Path) -> pd.DataFrame:
-    """Read all runs of the campaign: settings, labels and F-dagger."""
-    return Campaign.read(data / "features" / "cam_follower", ["exp"]).experiments
-
-
 def run_title(runs: pd.DataFrame, exp: int) -> str:
     """Return label and settings of a run as text."""
     run = runs.loc[runs["exp"] == exp].iloc[0]
@@ -122,13 +114,6 @@ def patch(name: str) -> Patch:
     """Return the legend entry of an input that is drawn as an area."""
     look = INPUTS[name]
     return Patch(facecolor=look.colour, hatch=look.hatch, edgecolor="white", linewidth=0, label=look.label)
-
-
-def nothing(text: str) -> Figure:
-    """Return an empty figure with a reason."""
-    figure = new_figure(2.0)
-    absent(figure.subplots(), text)
-    return figure
 
 
 def with_angle(phi: pd.DataFrame, columns: list[str]) -> pd.DataFrame:

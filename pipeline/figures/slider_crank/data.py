@@ -12,7 +12,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
-from pipeline.figures.slider_crank.tables import CAMPAIGNS, INDIGO, natural, table
+from pipeline.figures.palette import INDIGO
+from pipeline.figures.slider_crank.tables import CAMPAIGNS, natural, table
 from unmodelled.report.figures.style import GREY, MM, new_figure, styled, thin
 
 TURN = 2.0 * np.pi

@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pipeline.figures.palette import plain_log
+from pipeline.figures.palette import INDIGO, WINE, plain_log
 from pipeline.figures.slider_crank.tables import (
-    INDIGO,
     MEASURED,
     RMSE,
-    WINE,
     Accuracy,
     accuracy,
     example,

@@ -10,13 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from pipeline.figures.palette import INDIGO, WINE
 from pipeline.figures.slider_crank.tables import (
     BASELINES,
-    INDIGO,
     INPUTS,
     MEASURED,
     RMSE,
-    WINE,
     Accuracy,
     accuracy,
     example,

@@ -12,14 +12,12 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools
+from pipeline.figures.palette import INDIGO
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, ORANGE
 
-Array = NDArray[np.float64]
-
-INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 RMSE = "RMSE of ω (rad/s)"
 #: Share of the test signals that an interval covers, the most accurate ones.
 COVERED = 0.9
@@ -130,7 +128,7 @@ def plain_log_x(axes: Axes) -> None:
     axes.grid(axis="x", linewidth=0.5)
 
 
-def by_direction(v: Array) -> list[tuple[str, str, NDArray[np.bool_]]]:
+def by_direction(v: Array) -> list[tuple[str, str, Bools]]:
     """Return name, colour and samples of both directions of the slider.
 
     Takes v (n,) in m/s; gives (n,).

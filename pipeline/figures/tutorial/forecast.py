@@ -11,12 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.figures.tutorial.tables import LOOKS, line, table
 from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled, thin
-
-Array = NDArray[np.float64]
 
 ANGLE, SPEED, TIME = "angle θ (rad)", "angular velocity ω (rad/s)", "time t (s)"
 

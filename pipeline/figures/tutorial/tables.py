@@ -11,11 +11,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
+from pipeline.figures.palette import INDIGO
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
-INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 LOOKS = {
     "physics": Look("physics", GREEN, "D"),
     "black_box": Look("black box", ORANGE, "s"),

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, State
+from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
 
 class Balance(Machine):
@@ -21,6 +22,7 @@ class Balance(Machine):
     controller.
     """
 
+    runs = (9, 12)
     limits: ClassVar[tuple[float, float]]
     ports: ClassVar[tuple[str, ...]] = ()
     stiffness: float
@@ -59,9 +61,6 @@ class Balance(Machine):
             Level, shape (n,).
         """
 
-    def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        return reference
-
     def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         u = reference + self.stiffness * (self.at_rest(reference) - q[0])
         return np.asarray(np.clip(u, *self.limits))
@@ -76,16 +75,7 @@ class Balance(Machine):
         return Port(q[row], v[row], -mobility, mobility[row])
 
     def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
-        """Return the state after a step of the midpoint rule, whose middle the last rates give.
-
-        Args:
-            dt: length of the step, s.
-            t: time since the start of the run, s.
-            state: state before the step.
-            u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
-            forces: port and flow of every planted flow.
-        """
+        # the midpoint rule, whose middle the last rates give
         middle = state.q + 0.5 * dt * state.v
         v = self.rates(middle, state.v, u, c)
         for name, force in forces:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import yaml
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
+from pipeline.rigs.virtual import VirtualCampaign
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
 from pipeline.rigs.withheld.effects.effect import Plan
@@ -24,8 +25,11 @@ from unmodelled.base.progress import track
 
 
 @dataclass(frozen=True)
-class WithheldCampaign:
+class WithheldCampaign(VirtualCampaign):
     """The first cases of a kind.
+
+    Each has a folder <kind>_<number> (see `write`). The seed of `acquire` is a second one, for inputs,
+    sensors and noise.
 
     Attributes:
         kind: kind of the cases, see `cases`.
@@ -45,26 +49,13 @@ class WithheldCampaign:
         if self.count is not None and not 1 <= self.count <= many:
             raise BadInput(f"source.count: must be 1 to {many} for {self.kind} cases, got {self.count}")
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace a folder by one folder per case (see `write`), and return the provenance.
+    description = "simulated logs of virtual machines with planted effects, not measurements"
 
-        Args:
-            folder: folder in which the folders <kind>_001 and so on are made.
-            seed: second seed of the random generator, for inputs, sensors and noise.
-
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         drawn = cases(self.kind, self.seed)[: self.count]
-        with replacing_folder(folder) as out:
-            for k, case in enumerate(track(drawn, len(drawn), "withheld cases"), start=1):
-                write(replace(case, seed=case.seed + seed), out / f"{self.kind}_{k:03d}")
-        return {
-            "data": "virtual",
-            "description": "simulated logs of virtual machines with planted effects, not measurements",
-            "seed": seed,
-            "experiments": len(drawn),
-        }
+        for k, case in enumerate(track(drawn, len(drawn), "withheld cases"), start=1):
+            write(replace(case, seed=case.seed + seed), out / f"{self.kind}_{k:03d}")
+        return len(drawn)
 
 
 SYSTEMS = Path(__file__).parents[3] / "systems" / "withheld"
@@ -131,7 +122,7 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
     write_json(folder / "provenance.json", {"data": "virtual", "description": description})
 
 
-def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
+def add_runs(case: Case, commands: Array, folder: Path) -> None:
     """Add runs with given commands to a log folder of the case, at the conditions of its first run.
 
     Takes commands (samples, runs).

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Effect, Only, Plan, Plantable, PortEffect
-from pipeline.rigs.withheld.machine import Array, Machine
+from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY
 from unmodelled.base.errors import BadInput
 

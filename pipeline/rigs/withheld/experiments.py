@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 from pipeline.rigs.withheld.stepping import Motion, move
 
-Array = NDArray[np.float64]
+#: Channel and effect of planted effects.
+Placed = Sequence[tuple[str, Effect]]
 TURN = 2.0 * np.pi
 _SLOWEST = 0.3  # Hz
 #: Times, s, and the highest frequency, Hz -> a signal between -1 and 1.
@@ -136,9 +138,7 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
     return Experiments(plan, t, motion.u, outputs, exact, effects)
 
 
-def seen(
-    machine: Machine, plan: Plan, motion: Motion, effects: Sequence[tuple[str, Effect]]
-) -> dict[str, Array]:
+def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[str, Array]:
     """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
 
     Gives (samples, n).
@@ -153,22 +153,38 @@ def seen(
     return shown
 
 
+class Built(NamedTuple):
+    """A machine with what acts on it; the effects are new objects, which remember one simulation.
+
+    Attributes:
+        machine: machine with its built-in effects.
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
+    """
+
+    machine: Machine
+    forces: list[tuple[str, PortEffect]]
+    drive: list[ActuatorEffect]
+
+
+def built(machine: Machine, effects: Placed) -> Built:
+    """Return a machine with planted effects."""
+    for _, effect in effects:
+        machine = effect.refitted(machine)
+    forces = [(channel, effect) for channel, effect in effects if isinstance(effect, PortEffect)]
+    forces.sort(key=lambda force: isinstance(force[1], DryFriction))
+    return Built(machine, forces, [effect for _, effect in effects if isinstance(effect, ActuatorEffect)])
+
+
 def _moved(
-    case: Case,
-    plan: Plan,
-    effects: list[tuple[str, Effect]],
-    commands: Array | None,
-    rng: np.random.Generator,
+    case: Case, plan: Plan, effects: Placed, commands: Array | None, rng: np.random.Generator
 ) -> Motion:
     machine = case.machine
     t = plan.period * np.arange(plan.samples, dtype=np.float64)
     start = machine.start(plan.runs, rng)
     reference = references(t, plan.runs, machine.range, rng) if commands is None else commands
-    for _, effect in effects:
-        machine = effect.refitted(machine)
-    forces = [(channel, effect) for channel, effect in effects if isinstance(effect, PortEffect)]
-    forces.sort(key=lambda force: isinstance(force[1], DryFriction))
-    drive = [effect for _, effect in effects if isinstance(effect, ActuatorEffect)]
+    machine, forces, drive = built(machine, effects)
     return move(machine, plan, reference, start, forces, drive, None if commands is None else _open_loop)
 
 

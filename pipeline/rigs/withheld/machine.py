@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Plantable, Port, PortEffect
 
-Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
 Forces = Sequence[tuple[str, PortEffect]]
 
@@ -74,20 +73,21 @@ class Machine(ABC):
     Positions q and velocities v have the shape (d, n), in SI units.
 
     Class attributes: `name` of the system file; `input`, and whether its log is `measured` behind the drive;
-    `periods` of the logger (s) and numbers of `runs` to
-    choose from; `duration` of a run (s); `range` of the references; `sensors`, of which those in `optional`
-    are not always logged; `factors` with their levels; `groups`; `friction`, the ports of the known
-    damping by name of its constant; `doubtful`, constants that a user may know badly, each with the families
-    that a wrong value resembles; and `plantable`, the effects that can be planted.
+    `periods` of the logger (s) and numbers of `runs` to choose from; `duration` of a run (s); `range` of the
+    references; `rest`, the range in which the first coordinate starts (the others start at 0); `sensors`, of
+    which those in `optional` are not always logged; `factors` with their levels; `groups`; `friction`, the
+    ports of the known damping by name of its constant; `doubtful`, constants that a user may know badly, each
+    with the families that a wrong value resembles; and `plantable`, the effects that can be planted.
     """
 
     name: ClassVar[str]
     input: ClassVar[str]
     measured: ClassVar[bool] = False
-    periods: ClassVar[tuple[float, ...]]
+    periods: ClassVar[tuple[float, ...]] = (0.001, 0.002)
     duration: ClassVar[float]
-    runs: ClassVar[tuple[int, ...]]
+    runs: ClassVar[tuple[int, ...]] = (8, 10)
     range: ClassVar[Range]
+    rest: ClassVar[tuple[float, float]]
     sensors: ClassVar[tuple[Sensor, ...]]
     optional: ClassVar[tuple[str, ...]] = ()
     factors: ClassVar[Mapping[str, tuple[float, ...]]] = {}
@@ -96,9 +96,8 @@ class Machine(ABC):
     doubtful: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     plantable: ClassVar[tuple[Plantable, ...]]
 
-    @abstractmethod
     def start(self, runs: int, rng: np.random.Generator) -> Array:
-        """Draw the positions in which the machine rests before a run.
+        """Draw the positions in which the machine rests before a run; the default is by `rest`.
 
         Args:
             runs: number n of runs.
@@ -107,10 +106,12 @@ class Machine(ABC):
         Returns:
             Positions, shape (d, n).
         """
+        q = np.zeros((1 + max(sensor.row for sensor in self.sensors), runs))
+        q[0] = rng.uniform(*self.rest, runs)
+        return q
 
-    @abstractmethod
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        """Return the controller's command to the drive.
+        """Return the controller's command to the drive; the default is the reference.
 
         Args:
             reference: reference signal, shape (n,).
@@ -122,6 +123,7 @@ class Machine(ABC):
         Returns:
             Command, shape (n,).
         """
+        return reference
 
     def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         """Return the command of a controller with feedback; `reference` is its set point.

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array, Bools
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, State
+from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
 
 class Mechanism(Machine):
@@ -87,16 +87,7 @@ class Mechanism(Machine):
         return Port(along @ q, along @ np.where(self._moving(q), v, q), response, -along @ response)
 
     def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
-        """Return the state after a step: coordinates as every machine, levels by the midpoint rule.
-
-        Args:
-            dt: length of the step, s.
-            t: time since the start of the run, s.
-            state: state before the step.
-            u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
-            forces: port and force of every planted force.
-        """
+        # coordinates as every machine, levels by the midpoint rule
         q, v, before = state
         moving = self._moving(q)
         middle = q + 0.5 * dt * v
@@ -107,7 +98,7 @@ class Mechanism(Machine):
             new = new + np.where(moving, change, change / dt)
         return State(np.where(moving, middle + 0.5 * dt * new, q + dt * new), new, v)
 
-    def _moving(self, q: Array) -> NDArray[np.bool_]:
+    def _moving(self, q: Array) -> Bools:
         """Whether a row is a coordinate, (d, 1)."""
         return np.asarray(np.arange(len(q))[:, None] < len(q) - self.levels)
 

@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan
 from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
-Array = NDArray[np.float64]
 #: Reference, its slope, positions, velocities and conditions -> command.
 Control = Callable[[Array, Array, Array, Array, Conditions], Array]
 
@@ -57,12 +56,7 @@ def move(
 
 
 def follow(
-    machine: Machine,
-    plan: Plan,
-    motion: Motion,
-    steps: int,
-    forces: Forces,
-    drive: Sequence[ActuatorEffect],
+    machine: Machine, plan: Plan, motion: Motion, steps: int, forces: Forces, drive: Sequence[ActuatorEffect]
 ) -> Motion:
     """Run the machine with the commands of `motion`, in windows of `steps` samples from its states.
 

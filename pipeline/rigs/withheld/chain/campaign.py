@@ -9,18 +9,11 @@ from typing import Any
 
 import yaml
 
-from pipeline.rigs.withheld.campaign import (
-    LOGS,
-    SYSTEM,
-    TRUTH,
-    known_system,
-    known_truth,
-    write_logs,
-)
+from pipeline.rigs.virtual import VirtualCampaign
+from pipeline.rigs.withheld.campaign import LOGS, SYSTEM, TRUTH, known_system, known_truth, write_logs
 from pipeline.rigs.withheld.chain.case import VALIDATION, MeasuredCase
 from pipeline.rigs.withheld.chain.drawing import measured_cases
-from pipeline.rigs.withheld.chain.measuring import measured, moved, planted
-from pipeline.rigs.withheld.chain.shares import HORIZON, Shares, shares
+from pipeline.rigs.withheld.chain.measuring import HORIZON, Shares, measured, moved, planted, shares
 from pipeline.rigs.withheld.effects.effect import Plan
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
@@ -35,8 +28,11 @@ MATERIAL = 0.1
 
 
 @dataclass(frozen=True)
-class MeasuredCampaign:
+class MeasuredCampaign(VirtualCampaign):
     """The first `counts[kind]` cases of `kind` (see `measured_cases`) drawn with `seed`.
+
+    Each has a folder <kind>_<number> (see `write_measured`). The seed of `acquire` is a second one, for
+    inputs, sensors and noise.
 
     Attributes:
         kind: kind of the cases.
@@ -55,29 +51,20 @@ class MeasuredCampaign:
         if self.kind not in self.counts:
             raise BadInput(f"source.kind: {self.kind!r} is not one of {', '.join(self.counts)}")
 
-    def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by one folder per case (see `write_measured`), and return the provenance.
+    description = (
+        "simulated logs of virtual machines with measurement chains and planted effects, not measurements"
+    )
 
-        Args:
-            folder: folder in which <kind>_001 and so on are made.
-            seed: second seed of the random generator, for inputs, sensors and noise.
+    @property
+    def more(self) -> dict[str, Any]:
+        """Kind and seed of the cases."""
+        return {"kind": self.kind, "cases_seed": self.seed}
 
-        Raises:
-            BadInput: when the folder cannot be written.
-        """
+    def make(self, out: Path, seed: int) -> int:
         drawn = measured_cases(self.kind, self.counts[self.kind], self.seed)
-        with replacing_folder(folder) as out:
-            for k, case in enumerate(track(drawn, len(drawn), "withheld cases"), start=1):
-                write_measured(replace(case, seed=case.seed + seed), out / f"{self.kind}_{k:03d}")
-        return {
-            "data": "virtual",
-            "description": "simulated logs of virtual machines with measurement chains and planted effects, "
-            "not measurements",
-            "kind": self.kind,
-            "cases_seed": self.seed,
-            "seed": seed,
-            "experiments": len(drawn),
-        }
+        for k, case in enumerate(track(drawn, len(drawn), "withheld cases"), start=1):
+            write_measured(replace(case, seed=case.seed + seed), out / f"{self.kind}_{k:03d}")
+        return len(drawn)
 
 
 def write_measured(case: MeasuredCase, folder: Path, plan: Plan | None = None) -> dict[str, Any]:

@@ -9,15 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.rigs.withheld.cases import Case
-from pipeline.rigs.withheld.chain.clock import Clock
-from pipeline.rigs.withheld.chain.closed_loop import ClosedLoop
-from pipeline.rigs.withheld.chain.drive import DriveLag, VaryingSupply
-from pipeline.rigs.withheld.chain.encoder import CoarseEncoder
-from pipeline.rigs.withheld.chain.low_pass import LowPass
+from pipeline.rigs.withheld.chain.drive import ClosedLoop, DriveLag, VaryingFriction, VaryingSupply
+from pipeline.rigs.withheld.chain.logger import Clock, CoarseEncoder, DifferencedSpeed, LowPass, PositionOnly
 from pipeline.rigs.withheld.chain.motions import Motions, drawn_motions
 from pipeline.rigs.withheld.chain.part import Names, Part
-from pipeline.rigs.withheld.chain.speed import DifferencedSpeed, PositionOnly
-from pipeline.rigs.withheld.chain.varying_friction import VaryingFriction
 from pipeline.rigs.withheld.effects.effect import Plan
 
 RUNS = 6, 16

@@ -1,57 +1,29 @@
-"""The logs of a case with a measurement chain: motion, sensors, clock, noise and counts, calculations."""
+"""The logs of a case with a measurement chain, and how much of the gap each planted effect makes."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.case import MeasuredCase
-from pipeline.rigs.withheld.chain.closed_loop import ClosedLoop, Controller
+from pipeline.rigs.withheld.chain.drive import ClosedLoop, Controller
 from pipeline.rigs.withheld.chain.part import Part, Readings
-from pipeline.rigs.withheld.effects.effect import (
-    ActuatorEffect,
-    Effect,
-    Plan,
-    PortEffect,
-)
-from pipeline.rigs.withheld.effects.friction import DryFriction
-from pipeline.rigs.withheld.experiments import TURN, Experiments, along, seen
-from pipeline.rigs.withheld.machine import Machine
-from pipeline.rigs.withheld.stepping import Control, Motion, move
-
-Placed = Sequence[tuple[str, Effect]]
+from pipeline.rigs.withheld.effects.effect import Effect, Plan
+from pipeline.rigs.withheld.experiments import TURN, Built, Experiments, Placed, along, built, seen
+from pipeline.rigs.withheld.stepping import Control, Motion, follow, move
 
 
-@dataclass(frozen=True)
-class Built:
-    """A machine with what acts on it; the effects are new objects, which remember one simulation.
-
-    Attributes:
-        machine: machine with its built-in effects.
-        forces: port and force of every planted force; smooth forces come before forces that project
-            velocities.
-        drive: distortions of the command, in the order of the signal.
-    """
-
-    machine: Machine
-    forces: list[tuple[str, PortEffect]]
-    drive: list[ActuatorEffect]
-
-
-def built(case: MeasuredCase, plan: Plan, effects: Placed, parts: Sequence[Part]) -> Built:
+def with_chain(case: MeasuredCase, effects: Placed, parts: Sequence[Part]) -> Built:
     """Return the machine of `case` with `effects` (channel, effect) and the `parts` of a chain."""
     machine = case.machine
     for part in parts:
         machine = part.machine(machine)
-    for _, effect in effects:
-        machine = effect.refitted(machine)
-    forces = [(channel, effect) for channel, effect in effects if isinstance(effect, PortEffect)]
-    forces.sort(key=lambda force: isinstance(force[1], DryFriction))
-    drive = [*chain.from_iterable(part.drive() for part in parts)]
-    return Built(machine, forces, drive + [e for _, e in effects if isinstance(e, ActuatorEffect)])
+    made, drive = built(machine, effects), chain.from_iterable(part.drive() for part in parts)
+    return made._replace(drive=[*drive, *made.drive])
 
 
 def planted(case: MeasuredCase, plan: Plan, without: Collection[int] = ()) -> list[tuple[str, Effect]]:
@@ -71,7 +43,7 @@ def moved(case: MeasuredCase, plan: Plan) -> Motion:
     t = plan.period * np.arange(plan.samples, dtype=np.float64)
     start = case.machine.start(plan.runs, rng)
     reference = along(t, case.motions.kinds, case.machine.range, rng)
-    made = built(case, plan, planted(case, plan), case.chain)
+    made = with_chain(case, planted(case, plan), case.chain)
     loops = [part for part in case.chain if isinstance(part, ClosedLoop)]
     control: Control | None = Controller(made.machine, loops[0], plan.period) if loops else None
     return move(made.machine, plan, reference, start, made.forces, made.drive, control)
@@ -99,3 +71,65 @@ def measured(case: MeasuredCase, plan: Plan, motion: Motion) -> Experiments:
     wrapped = {s.output for s in machine.sensors if s.wraps}
     kept = {name: np.mod(y, TURN) if name in wrapped else y for name, y in readings.outputs.items()}
     return Experiments(plan, readings.t, readings.u, kept, {name: exact[name] for name in kept}, effects)
+
+
+HORIZON = 0.1  # s, that of the shares; a diagnosis chooses its horizon from the logs
+
+
+class Shares(NamedTuple):
+    """Root mean square errors of free runs over `HORIZON`, in standard deviations of the logged outputs.
+
+    Attributes:
+        effects: error of the machine without any planted effect, with its true constants.
+        chain: error of the machine with all planted effects and without the measurement chain.
+        each: error of the machine without one planted effect, by effect.
+    """
+
+    effects: float
+    chain: float
+    each: tuple[float, ...]
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """Squares of `each` relative to that of `effects`."""
+        return tuple((one / self.effects) ** 2 if self.effects > 0.0 else 0.0 for one in self.each)
+
+
+def shares(case: MeasuredCase, plan: Plan, motion: Motion) -> Shares:
+    """Remove effects and the chain, and compare free runs with the motion.
+
+    A run starts every `HORIZON` seconds at the state that the sensors show, as the diagnosis does it, and has
+    the commands of `motion`. There is no noise.
+    """
+    every = range(len(case.effects))
+    return Shares(
+        _error(case, plan, motion, every, case.chain),
+        _error(case, plan, motion, (), ()),
+        tuple(_error(case, plan, motion, (k,), case.chain) for k in every),
+    )
+
+
+def _error(
+    case: MeasuredCase, plan: Plan, motion: Motion, without: Collection[int], parts: Sequence[Part]
+) -> float:
+    removed = planted(case, plan, [k for k in range(len(case.effects)) if k not in without])
+    shown = seen(case.machine, plan, motion, removed)
+    start = _states(case, motion, shown)
+    left = with_chain(case, planted(case, plan, without), parts)
+    steps = max(1, round(HORIZON / plan.period))
+    followed = follow(left.machine, plan, start, steps, left.forces, left.drive)
+    found = seen(case.machine, plan, followed, ())
+    squares = [np.mean((found[name] - shown[name]) ** 2) / _variance(shown[name]) for name in case.logged]
+    return float(np.sqrt(np.mean(squares)))
+
+
+def _states(case: MeasuredCase, motion: Motion, shown: dict[str, Array]) -> Motion:
+    """The motion as the sensors show it."""
+    q, v = motion.q.copy(), motion.v.copy()
+    for sensor in case.machine.sensors:
+        (v if sensor.rate else q)[:, sensor.row] = shown[sensor.output] - sensor.through * motion.u
+    return Motion(q, v, motion.u)
+
+
+def _variance(y: Array) -> float:
+    return float(np.mean((y - y.mean(axis=0)) ** 2))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import Array
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.experiments import KINDS as SMOOTH
 from pipeline.rigs.withheld.experiments import TURN, Kind, smooth
 

@@ -8,8 +8,9 @@ from typing import Any, Self
 
 import numpy as np
 
+from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.changing import spread
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Effect
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect
 from pipeline.rigs.withheld.machine import Machine, Sensor
 
 #: Variation from run to run: root mean square, share of the mean.
@@ -73,11 +74,6 @@ class Part:
         """The part in truth.json."""
         numbers = {name: np.asarray(value).tolist() for name, value in asdict(self).items()}
         return {"part": type(self).__name__, "parameters": numbers}
-
-
-def sensor_of(machine: Machine, output: str) -> Sensor:
-    """Return the sensor of an output."""
-    return next(sensor for sensor in machine.sensors if sensor.output == output)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect
 
 
 @dataclass

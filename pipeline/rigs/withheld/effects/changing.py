@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Port, PortEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Make, Port, PortEffect
 
 
 @dataclass
@@ -69,6 +70,11 @@ def spread(runs: int, rng: np.random.Generator) -> Array:
     return np.asarray(values / np.sqrt(np.mean(values**2)))
 
 
-def scattered_damping(size: float, least: float, runs: int, rng: np.random.Generator) -> ScatteredDamping:
-    """Draw viscous friction that differs between runs."""
-    return ScatteredDamping(np.maximum(least, size * spread(runs, rng)))
+def scattered_damping(typical: float, least: float) -> Make:
+    """Draw viscous friction that differs between runs, none of it below `least`."""
+    return lambda a, plan, rng: ScatteredDamping(np.maximum(least, typical * a * spread(plan.runs, rng)))
+
+
+def fading_drive(typical: float, time: float) -> Make:
+    """Make a drive that loses at most 60 % of its strength."""
+    return lambda a, plan, _: FadingDrive(min(typical * a, 0.6), time, plan.begin)

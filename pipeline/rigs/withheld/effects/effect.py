@@ -8,9 +8,8 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pipeline.arrays import Array
 
 
 class Port(NamedTuple):
@@ -152,6 +151,10 @@ class Only(PortEffect):
         return self.inner.parameters
 
 
+#: Size of an effect (a multiple of the typical size), plan of the runs and random generator -> the effect.
+Make = Callable[[float, Plan, np.random.Generator], Effect]
+
+
 @dataclass(frozen=True)
 class Plantable:
     """An effect that a machine offers.
@@ -160,8 +163,7 @@ class Plantable:
         family: name of the family in shared/contracts/diagnosis.md, or another name for an effect of
             no family.
         channel: a port, `actuator:<input>` or `sensor:<output>`.
-        make: function that makes the effect from its size (a multiple of the typical size), the plan of the
-            runs and a random generator.
+        make: function that makes the effect.
         alike: family and channel of effects that the logs of this machine cannot distinguish from this
             effect, or that come close to an effect of no family.
         local: whether the effect may also be planted at one level of a factor or in one group only.
@@ -169,6 +171,6 @@ class Plantable:
 
     family: str
     channel: str
-    make: Callable[[float, Plan, np.random.Generator], Effect]
+    make: Make
     alike: tuple[tuple[str, str], ...] = ()
     local: bool = False

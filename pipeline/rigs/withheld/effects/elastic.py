@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import Port, PortEffect
 
 
 @dataclass

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Port, PortEffect, SensorEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Make, Port, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import stopping
 
 
@@ -67,6 +68,11 @@ class FloorVibration(PortEffect):
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.amplitude * np.sin(2.0 * np.pi * self.frequency * t + self.phase)
+
+
+def floor_vibration(typical: float, frequency: float) -> Make:
+    """Draw the phases of a shaking floor."""
+    return lambda a, plan, rng: FloorVibration(typical * a, frequency, rng.uniform(0.0, 6.28, plan.runs))
 
 
 @dataclass

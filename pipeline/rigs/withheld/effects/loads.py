@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import Array, Effect, Port, PortEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import Effect, Port, PortEffect
 
 
 @dataclass

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import Port, PortEffect
 
 
 @dataclass

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.rigs.withheld.effects.effect import Array, SensorEffect
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.effects.effect import SensorEffect
 
 
 @dataclass

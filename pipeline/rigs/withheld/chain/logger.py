@@ -1,0 +1,198 @@
+"""Parts of the chain behind the machine: encoders, speeds, filters, and the clock of the logger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+
+from pipeline.arrays import Array
+from pipeline.rigs.withheld.chain.part import Names, Part, Readings
+from pipeline.rigs.withheld.machine import Machine, Sensor
+
+JITTER = 0.01, 0.08  # rms, in periods
+FASTEST = 1e-3
+
+
+@dataclass(frozen=True)
+class Clock(Part):
+    """Samples are taken `jitter` (rms, periods) beside the grid; time runs fast by the share `fast`.
+
+    `stamped`: whether the log has the instants of the samples; otherwise it has the grid.
+
+    Attributes:
+        jitter: standard deviation of the sampling instants, periods.
+        fast: share by which the time stamps run fast.
+        stamped: whether the log has the instants of the samples; otherwise it has the uniform grid.
+    """
+
+    jitter: float
+    fast: float
+    stamped: bool
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> Clock:
+        """Draw a clock."""
+        return cls(float(rng.uniform(*JITTER)), float(rng.uniform(0.0, FASTEST)), bool(rng.uniform() < 0.5))
+
+    def read(self, readings: Readings, rng: np.random.Generator) -> Readings:
+        grid = readings.t[:, 0]
+        period = grid[1] - grid[0]
+        # a third of a period at most, so that no sample overtakes another
+        off = np.clip(self.jitter * rng.standard_normal(readings.t.shape), -0.33, 0.33)
+        instants = np.clip(readings.t + period * off, grid[0], grid[-1])
+        outputs = {name: _at(grid, y, instants) for name, y in readings.outputs.items()}
+        stamps = (instants if self.stamped else readings.t) * (1.0 + self.fast)
+        return replace(readings, t=stamps, outputs=outputs)
+
+
+def _at(grid: np.ndarray, y: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    return np.stack([CubicSpline(grid, y[:, i])(instants[:, i]) for i in range(y.shape[1])], axis=1)
+
+
+COARSER = 2.0, 16.0
+#: Noise of the edges of a count, in counts.
+EDGE = 0.05
+
+
+@dataclass(frozen=True)
+class CoarseEncoder(Part):
+    """Positions in counts that are `factor` times as wide as those of the machine's encoder.
+
+    Attributes:
+        factor: width of a count relative to the encoder of the machine.
+    """
+
+    factor: float
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> CoarseEncoder:
+        """Draw an encoder."""
+        return cls(float(np.exp(rng.uniform(*np.log(COARSER)))))
+
+    def sensor(self, sensor: Sensor) -> Sensor:
+        if sensor.rate:
+            return sensor
+        count = self.factor * sensor.quantum
+        return sensor._replace(quantum=count, noise=EDGE * count)
+
+
+WINDOW = 0.004, 0.02  # s
+SPEED_CUT_OFF = 15.0, 80.0  # Hz
+
+
+def differenced(position: Array, period: float, window: int, centred: bool) -> Array:
+    """Return the mean speed over `window` periods, (samples, n), from positions (samples, n).
+
+    The window ends at the sample, or lies around it if `centred`; it is shorter at the ends of a run.
+
+    Takes position (samples, n), period in s; gives (samples, n).
+    """
+    last = len(position) - 1
+    k = np.arange(last + 1)
+    after = window // 2 if centred else 0
+    end = np.maximum(np.minimum(k + after, last), 1)
+    begin = np.clip(k + after - window, 0, end - 1)
+    return np.asarray((position[end] - position[begin]) / (period * (end - begin)[:, None]))
+
+
+@dataclass(frozen=True)
+class DifferencedSpeed(Part):
+    """Speeds are differences of the logged positions over `window` s, then a low-pass of first order at
+    `cut_off` Hz (0: none). `centred`: computed after the run, without latency.
+
+    Attributes:
+        window: width of the difference, s.
+        cut_off: cut-off frequency of the low-pass of first order, Hz; 0: no low-pass.
+        centred: whether the window lies around the sample; otherwise it ends there.
+    """
+
+    window: float
+    cut_off: float
+    centred: bool
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
+        """Draw window and cut-off; a speed of the drive's controller has a latency."""
+        window = float(np.exp(rng.uniform(*np.log(WINDOW))))
+        centred = bool(rng.uniform() < 0.5)
+        filtered = not centred and rng.uniform() < 0.5
+        return cls(window, float(np.exp(rng.uniform(*np.log(SPEED_CUT_OFF)))) if filtered else 0.0, centred)
+
+    def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
+        window = max(1, round(self.window / period))
+        positions = {s.row: readings.outputs[s.output] for s in machine.sensors if not s.rate}
+        outputs = dict(readings.outputs)
+        for sensor in machine.sensors:
+            if sensor.rate:
+                speed = differenced(positions[sensor.row], period, window, self.centred)
+                outputs[sensor.output] = self._filtered(speed, period)
+        return replace(readings, outputs=outputs)
+
+    def _filtered(self, speed: Array, period: float) -> Array:
+        if self.cut_off == 0.0:
+            return speed
+        keep = np.exp(-2.0 * np.pi * self.cut_off * period)
+        return np.asarray(lfilter([1.0 - keep], [1.0, -keep], speed, axis=0, zi=keep * speed[:1])[0])
+
+    def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
+        speeds = [s.output for s in machine.sensors if s.rate and s.output in logged]
+        families = () if self.centred else ("sensor_delay", "sensor_lag")
+        return tuple((family, f"sensor:{name}") for name in speeds for family in families)
+
+
+@dataclass(frozen=True)
+class PositionOnly(Part):
+    """No speed is logged."""
+
+    def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
+        positions = {s.output for s in machine.sensors if not s.rate}
+        kept = {name: y for name, y in readings.outputs.items() if name in positions}
+        return replace(readings, outputs=kept)
+
+
+CUT_OFF = 20.0, 120.0  # Hz
+#: Of the sampling frequency, the highest cut-off.
+HIGHEST = 0.4
+
+
+@dataclass(frozen=True)
+class LowPass(Part):
+    """Outputs pass a Butterworth filter of second order at `cut_off` Hz; the input, too, if `whole`.
+
+    Attributes:
+        cut_off: cut-off frequency, Hz.
+        whole: whether the input passes the filter, too.
+    """
+
+    cut_off: float
+    whole: bool
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> LowPass:
+        """Draw a filter."""
+        return cls(float(np.exp(rng.uniform(*np.log(CUT_OFF)))), bool(rng.uniform() < 0.5))
+
+    def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
+        outputs = {name: self.filtered(y, period) for name, y in readings.outputs.items()}
+        u = self.filtered(readings.u, period) if self.whole else readings.u
+        return replace(readings, u=u, outputs=outputs)
+
+    def filtered(self, y: Array, period: float) -> Array:
+        """Return signals (samples, n) after the filter, which was at rest at their first value.
+
+        Takes y (samples, n), period in s; gives (samples, n).
+        """
+        sections = butter(2, min(self.cut_off, HIGHEST / period), fs=1.0 / period, output="sos")
+        start = sosfilt_zi(sections)[:, :, None] * y[:1][None]
+        return np.asarray(sosfilt(sections, y, axis=0, zi=start)[0])
+
+    def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
+        if self.whole:
+            return ()
+        # all outputs late by the same time: the input acts late
+        late = tuple((family, f"actuator:{machine.input}") for family in ("input_delay", "actuator_lag"))
+        families = "sensor_lag", "sensor_delay"
+        return (*late, *((family, f"sensor:{name}") for family in families for name in logged))
