@@ -1,30 +1,140 @@
-"""Nnap: compiled free runs and their gradients equal the torch reference, for every built-in system."""
+"""Networks in systems: which go where, and compiled free runs with gradients equal to the torch reference."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import sympy as sp
 import torch
 from torch import nn
 
+from tests.machines.known import NAMES, built_in
 from tests.physics.kernel.problems import (
     INTEGRATIONS,
-    NAMES,
     Problem,
     assert_equal,
-    built_in,
+    bare,
     by_kernel,
     by_reference,
+    one_run,
     problem,
 )
+from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
-from unmodelled.learning.rollout import Measured, rollout, simulate
+from unmodelled.learning.rollout import rollout, simulate
 from unmodelled.learning.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
-from unmodelled.systems.model import System
+from unmodelled.systems.model import System, symbol
+
+every = pytest.mark.parametrize("system", [pytest.param(built_in(name), id=name) for name in NAMES])
+
+
+def coordinates(system: System) -> list[tuple[sp.Expr, ...]]:
+    """Position and velocity of every port, as far as it has them."""
+    return [
+        tuple(system.expression(name) for name in (port.position, port.velocity) if name is not None)
+        for port in system.ports
+    ]
+
+
+@every
+def test_physics_only(system: System) -> None:
+    plan = physics_only()(system, system.uncertain)
+    assert plan.structure.system is system
+    assert (plan.structure.networks, plan.penalties, plan.structure.size) == ((), (), 0)
+    values = [system.values[k] for k in plan.structure.index]
+    assert values == [p.value for p in system.parameters if p.identify]
+
+
+@every
+def test_one_per_port(system: System) -> None:
+    if not all(coordinates(system)):
+        pytest.skip("a port has neither position nor velocity")
+    plan = one_per_port(6)(system, system.uncertain)
+    networks = plan.structure.networks
+    assert [n.port for n in networks] == list(system.port_names)
+    assert [n.label for n in networks] == [p.effort for p in system.ports]
+    assert [n.inputs for n in networks] == coordinates(system)
+    assert [n.size for n in networks] == [6 * (len(q) + 2) + 1 for q in coordinates(system)]
+    assert plan.penalties == (0.0,) * len(networks)
+    assert plan.structure.trainable == system.uncertain
+
+
+@every
+def test_one_per_port_with_other_inputs(system: System) -> None:
+    state = system.states[0].name
+    plan = one_per_port(3, [state, f"sin({state})**2"])(system, ())
+    x = symbol(state)
+    assert all(n.inputs == (x, sp.sin(x) ** 2) for n in plan.structure.networks)
+    assert len(plan.structure.networks) == len(system.ports)
+
+
+@every
+def test_conservative_and_dissipative(system: System) -> None:
+    if not all(port.position and port.velocity for port in system.ports):
+        with pytest.raises(BadInput, match="must have position and velocity"):
+            conservative_and_dissipative(4, 0.5)(system, ())
+        return
+    plan = conservative_and_dissipative(4, 0.5)(system, ())
+    networks = plan.structure.networks
+    expected = [q for both in coordinates(system) for q in (both[:1], both)]
+    assert [n.inputs for n in networks] == expected
+    assert [n.label for n in networks] == [f"{p.effort}_{kind}" for p in system.ports for kind in ("c", "nc")]
+    assert plan.penalties == (0.0, 0.5) * len(system.ports)
+
+
+@every
+def test_black_box(system: System) -> None:
+    names = [s.name for s in (*system.states, *system.inputs)]
+    structure = black_box(8, names)(system, system.uncertain).structure
+    unknown = [s.name for s, f in zip(system.states, system.dynamics, strict=True) if f not in system.x]
+    assert [n.port for n in structure.networks] == list(structure.system.port_names) == unknown
+    assert structure.trainable == ()
+    assert all(n.inputs == tuple(symbol(name) for name in names) for n in structure.networks)
+    grown = structure.system
+    for state, f, old in zip(grown.states, grown.dynamics, system.dynamics, strict=True):
+        assert f == (symbol(f"rate_of_{state.name}") if state.name in unknown else old)
+    assert not set().union(*(f.free_symbols for f in structure.system.closed)) & set(system.p)
+
+
+PENDULUM = built_in("pendulum")
+
+
+@pytest.mark.parametrize(
+    ("inputs", "words"),
+    [
+        (["theta", "thta"], "thta"),
+        (["tau*theta"], "network input 'tau[*]theta' must not depend on an effort"),
+        (["theta.real"], "theta.real"),
+        (["__import__('os')"], "import"),
+        (["theta +"], "theta"),
+    ],
+)
+def test_bad_inputs_are_named(inputs: list[str], words: str) -> None:
+    for build in (lambda: one_per_port(3, inputs)(PENDULUM, ()), lambda: black_box(3, inputs)(PENDULUM, ())):
+        with pytest.raises(BadInput, match=words) as raised:
+            build()
+        assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "missing", [{"position": None}, {"velocity": None}, {"position": None, "velocity": None}]
+)
+def test_ports_without_coordinates(missing: dict[str, None]) -> None:
+    system = replace(PENDULUM, ports=(replace(PENDULUM.ports[0], **missing),))
+    with pytest.raises(BadInput, match="port joint must have position and velocity"):
+        conservative_and_dissipative(3, 0.1)(system, ())
+    if len(missing) == 2:
+        with pytest.raises(BadInput, match="port joint has no position or velocity"):
+            one_per_port(3)(system, ())
+    else:
+        (network,) = one_per_port(3)(system, ()).structure.networks
+        assert len(network.inputs) == 1
+
 
 Build = Callable[[System], Augmented]
 
@@ -33,12 +143,8 @@ def names_of(system: System) -> list[str]:
     return [s.name for s in (*system.states, *system.inputs)]
 
 
-def all_trained(system: System) -> tuple[str, ...]:
-    return tuple(p.name for p in system.parameters)
-
-
 def alone(system: System) -> Augmented:
-    return physics_only()(system, all_trained(system)).structure
+    return physics_only()(system, tuple(p.name for p in system.parameters)).structure
 
 
 def with_networks(system: System) -> Augmented:
@@ -80,9 +186,8 @@ def test_a_window_does_not_depend_on_the_others() -> None:
     given = problem(with_networks(built_in("pendulum")))
     whole = by_kernel(given, 0, INTEGRATIONS[3])
     order = np.random.default_rng(0).permutation(len(given.starts))
-    X, Z = simulate(
-        given.model, 0, given.data, given.x0[order], given.starts[order], given.steps, INTEGRATIONS[3]
-    )
+    starts = given.x0[order], given.starts[order]
+    X, Z = simulate(given.model, 0, given.data, *starts, given.steps, INTEGRATIONS[3])
     np.testing.assert_array_equal(X, whole["X"].numpy()[order])
     np.testing.assert_array_equal(Z, whole["Z"].numpy()[order])
 
@@ -129,10 +234,8 @@ def test_efforts_at_a_port_add_up() -> None:
     parts = given.model.p, given.model.unit, given.model.scale[:, :1], given.model.gain[:, :1]
     alone = Nnap(single, *parts, given.model.weights[:, :first].detach())
     other = Problem(alone, given.data, given.x0, given.starts, given.steps)
-    how = INTEGRATIONS[1]
-    torch.testing.assert_close(
-        by_kernel(given, 0, how)["X"], by_kernel(other, 0, how)["X"], rtol=1e-13, atol=0
-    )
+    found, expected = (by_kernel(each, 0, INTEGRATIONS[1])["X"] for each in (given, other))
+    torch.testing.assert_close(found, expected, rtol=1e-13, atol=0)
 
 
 def test_network_is_the_layers_of_torch() -> None:
@@ -155,14 +258,7 @@ def test_integration_converges_in_the_order_of_its_method() -> None:
     system = built_in("pendulum")
     model = problem(alone(system)).model
     steps, period = 8, 0.1
-    data = Measured(
-        np.zeros((steps + 1, 2)),
-        np.sin(np.arange(steps + 1))[:, None],
-        period * np.arange(steps + 1),
-        np.empty((1, 0)),
-        np.zeros(steps + 1, np.int64),
-        np.array([0, steps + 1]),
-    )
+    data = one_run(np.sin(np.arange(steps + 1))[:, None], period)
     x0, starts = np.array([[1.0, -2.0]]), np.zeros(1, np.int64)
 
     def end(method: str, substeps: int) -> np.ndarray:
@@ -178,16 +274,8 @@ def test_integration_converges_in_the_order_of_its_method() -> None:
 def test_inputs_are_held_or_go_straight_to_the_next_sample() -> None:
     """Euler with two substeps of omega' = torque/J and nothing else."""
     system = built_in("pendulum").with_values({"b": 0.0, "mgl": 0.0, "J": 1.0})
-    structure = physics_only()(system, ()).structure
-    nothing = torch.empty(1, 0)
-    model = Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
-    u = np.array([[1.0], [3.0], [-5.0]])
-    data = Measured(
-        np.zeros((3, 2)), u, np.arange(3.0), np.empty((1, 0)), np.zeros(3, np.int64), np.array([0, 3])
-    )
+    data, x0, first = one_run(np.array([[1.0], [3.0], [-5.0]]), 1.0), np.zeros((1, 2)), np.zeros(1, np.int64)
     for hold, expected in ((0.0, [0.0, 1.0, 4.0]), (1.0, [0.0, 1.5, 2.5])):
-        X, Z = simulate(
-            model, 0, data, np.zeros((1, 2)), np.zeros(1, np.int64), 2, Integration(1.0, "euler", 2, hold)
-        )
+        X, Z = simulate(bare(system), 0, data, x0, first, 2, Integration(1.0, "euler", 2, hold))
         np.testing.assert_allclose(X[0, :, 1], expected)
         assert Z.shape == (1, 2, 0)

@@ -1,19 +1,80 @@
-"""The compiled training of a recurrent network is the one of torch; it converges or says that it did not."""
+"""Kernel, training and fits of recurrent networks: as by torch, converged or not, read back and gone on."""
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
+from numpy.typing import NDArray
 
-from pipeline.cam_follower.sequence.stack import train_stack
-from pipeline.cam_follower.sequence.training import Course, Draws, Training, train
-from pipeline.cam_follower.sequences import Sequences
-from tests.learning.recurrent import FEW, INPUTS, beginning, made
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequence import recipe as recipes
+from pipeline.cam_follower.sequence.activations import rectified, sigmoid, tanh
+from pipeline.cam_follower.sequence.arrays import Sizes, room, views
+from pipeline.cam_follower.sequence.fits import read_fits
+from pipeline.cam_follower.sequence.kernel import gradient
+from pipeline.cam_follower.sequence.layout import flattened, restore, sizes
+from pipeline.cam_follower.sequence.passes import load
+from pipeline.cam_follower.sequence.products import add_product
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequence.stack import scaled_output, train_stack
+from pipeline.cam_follower.sequence.training import Course, Draws, Start, Training, standardised, train
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
+from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
+
+INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega", "F_dagger", "alpha"), ("m", "H", "beta"))
+FEW = Training(batch=6, epochs=1, updates=1, most=6)
+
+
+def made(runs: int = 11, seed: int = 0) -> Campaign:
+    """Runs of 9 to 40 samples whose eps is what a leaky integrator makes of a negative force."""
+    generator = np.random.default_rng(seed)
+    lengths = generator.integers(9, 41, runs)
+    parts = []
+    for n in lengths:
+        theta = np.cumsum(generator.uniform(0.1, 0.4, n))
+        force = 3.0 + 8.0 * np.cos(theta + generator.uniform(0, 6)) + 0.3 * generator.standard_normal(n)
+        eps = np.zeros(n)
+        for k in range(1, n):
+            eps[k] = 0.8 * eps[k - 1] + 1e-3 * max(0.0, -force[k])
+        noise = generator.standard_normal((2, n))
+        parts.append({"theta": theta, "omega": noise[0], "alpha": noise[1], "F_dagger": force, "eps": eps})
+    signals = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    settings = {name: generator.random(runs) for name in ("m", "H", "beta")}
+    table = pd.DataFrame({"exp": np.arange(runs) + 1, **settings})
+    return Campaign(table, signals, np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64), {})
+
+
+def beginning(seed: int = 0, inputs: SequenceInputs = INPUTS, dropout: float = 0.0, **shape: int) -> Start:
+    """A network, scaled to `made()`, of the given sizes."""
+    sequences = Sequences.of(made(), inputs)
+    generator = torch.Generator().manual_seed(seed)
+    network = DetachmentNetwork(inputs, dropout=dropout, generator=generator, **shape)
+    network.scale_to(sequences)
+    return Start(network, standardised(sequences, network), seed)
+
+
+TRAINING = """
+from hashlib import sha256
+from pipeline.cam_follower.sequence.layout import flattened
+from pipeline.cam_follower.sequence.training import Training, train
+from tests.learning.test_sequence_training import beginning
+start = beginning(dropout=0.05)
+train(start, Training(batch=6, most=40))
+print(sha256(flattened(start.network)).hexdigest())
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -21,6 +82,115 @@ def _one_thread() -> Iterator[None]:
     """Operations as small as these take longer in several."""
     with one_thread():
         yield
+
+
+@pytest.mark.parametrize(
+    ("n", "depth", "width"), [(4, 3, 32), (20, 32, 32), (12, 5, 20), (28, 32, 64), (8, 1, 4)]
+)
+@pytest.mark.parametrize("transposed", [False, True])
+def test_tiles_make_a_product(n: int, depth: int, width: int, transposed: bool) -> None:
+    generator = np.random.default_rng(0)
+    shapes = (n, depth), (depth, width), (n, width)
+    a, b, out = (generator.standard_normal(shape).astype(np.float32) for shape in shapes)
+    expected = out.astype(np.float64) + a.astype(np.float64) @ b
+    flat = np.concatenate([np.full(3, 7.0, np.float32), out.ravel(), np.full(5, 7.0, np.float32)])
+    stored = (a.T if transposed else a).ravel()
+    add_product(flat, 3, stored, 0, *((1, n) if transposed else (depth, 1)), b.ravel(), 0, n, depth, width)
+    np.testing.assert_allclose(flat[3:-5].reshape(n, width), expected, rtol=2e-5, atol=1e-5)
+    assert (flat[:3] == 7.0).all() and (flat[-5:] == 7.0).all()
+
+
+def test_activations_are_accurate_in_single_precision() -> None:
+    x = np.concatenate([np.linspace(-30, 30, 20001), np.logspace(-30, 1, 400), [0.0]]).astype(np.float32)
+    one, two = x.copy(), x.copy()
+    tanh(one)
+    sigmoid(two)
+    exact = x.astype(np.float64)
+    np.testing.assert_allclose(one, np.tanh(exact), rtol=4e-7, atol=0.0)
+    np.testing.assert_allclose(two, 0.5 + 0.5 * np.tanh(0.5 * exact), rtol=0.0, atol=2e-7)
+
+
+def test_dropout_ignores_its_share_and_leaves_the_mean() -> None:
+    x = np.ones(200_000, np.float32)
+    rectified(x, np.float32(0.05), 12345)
+    assert set(np.unique(x)) == {np.float32(0.0), np.float32(1.0) / np.float32(0.95)}
+    # five standard deviations of a binomial
+    assert abs((x == 0.0).mean() - 0.05) < 5 * np.sqrt(0.05 * 0.95 / len(x))
+    neighbours = np.corrcoef(x[:-1], x[1:])[0, 1]
+    other = np.ones_like(x)
+    rectified(other, np.float32(0.05), 12346 + 0x9E3779B1)
+    assert abs(neighbours) < 0.012 and abs(np.corrcoef(x, other)[0, 1]) < 0.012
+    y = np.array([-2.0, 0.0, 3.0], np.float32)
+    rectified(y, np.float32(0.0), 1)
+    assert y.tolist() == [0.0, 0.0, 3.0]
+
+
+@pytest.mark.parametrize("shape", [{}, {"hidden": 20, "head": 8}])
+@pytest.mark.parametrize("inputs", [INPUTS, SequenceInputs(("F_dagger",))])
+def test_the_gradient_is_that_of_torch(shape: dict[str, int], inputs: SequenceInputs) -> None:
+    """Against nn.LSTM in double precision, on all runs, of different length, at once."""
+    start = beginning(inputs=inputs, **shape)
+    network, runs, s = start.network, start.runs, sizes(start.network)
+    loaded, work = room(runs.lengths, len(runs.lengths), s)
+    batch = load(runs, np.argsort(-runs.lengths), loaded)
+    slope = np.zeros(s.weights, np.float32)
+    loss = gradient(flattened(network), batch, s, work, np.float32(0.0), 0, slope)
+
+    network.double()
+    tau = torch.from_numpy(runs.tau[..., : len(inputs.features)]).double()
+    error = network.scaled(tau, torch.from_numpy(runs.q).double()) - torch.from_numpy(runs.target)
+    mask = torch.arange(runs.tau.shape[1]) < torch.from_numpy(runs.lengths)[:, None]
+    expected = error[mask].square().mean()
+    expected.backward()  # type: ignore[no-untyped-call]
+    assert float(loss) == pytest.approx(expected.item(), rel=1e-5)
+    for name, parameter in network.named_parameters():
+        assert parameter.grad is not None
+        if name == "lstm.bias_hh_l0":  # the sum of both biases is one weight
+            parameter.data.zero_()
+        else:
+            parameter.data.copy_(parameter.grad)
+    wanted = views(flattened(network.float()), s)
+    for found, exact in zip(views(slope, s), wanted, strict=True):
+        np.testing.assert_allclose(found, exact, rtol=1e-4, atol=1e-4 * np.abs(exact).max(initial=0.0))
+
+
+def test_weights_survive_the_change_of_layout() -> None:
+    start = beginning(hidden=8, head=12)
+    other = beginning(seed=1, hidden=8, head=12).network
+    restore(other, flattened(start.network))
+    torch.testing.assert_close(other.state_dict(), start.network.state_dict())
+    p = torch.from_numpy(flattened(start.network))[None]
+    tau, q = (torch.from_numpy(a) for a in start.runs[:2])
+    output = scaled_output(p, sizes(other), tau[None], q[None])[0]
+    torch.testing.assert_close(output, other.eval().scaled(tau[..., :5], q), rtol=1e-4, atol=1e-6)
+
+
+def test_a_size_that_vectors_do_not_fit_is_refused() -> None:
+    with pytest.raises(BadInput, match="hidden must be a multiple of 4, got 30"):
+        SequenceRecipe(INPUTS, FEW, hidden=30)
+
+
+@pytest.mark.parametrize(("dropout", "samples"), [(1.0, 200), (-0.1, 200), (0.0, 0)])
+def test_impossible_settings_are_refused(dropout: float, samples: int) -> None:
+    with pytest.raises(BadInput, match="must be"):
+        SequenceRecipe(INPUTS, FEW, dropout=dropout, samples=samples)
+
+
+def trained(cache: Path) -> str:
+    """A digest of the weights, trained by a process that keeps its compiled loops in `cache`."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", TRAINING]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.long
+def test_a_training_that_compiles_ends_at_the_same_weights(tmp_path: Path) -> None:
+    first = trained(tmp_path)
+    kept = list(tmp_path.rglob("passes.epoch*.nb?"))
+    assert kept and trained(tmp_path) == first
+    for path in kept:  # as a process that was killed while it compiled leaves it
+        path.unlink()
+    assert trained(tmp_path) == first
 
 
 def test_kernel_and_torch_train_alike() -> None:
@@ -102,3 +272,143 @@ def test_every_run_is_drawn_once_an_epoch_longest_first() -> None:
             assert (np.diff(lengths[order[a:b]]) <= 0).all()
     assert set(first[:25]) != set(second[:25])
     np.testing.assert_array_equal(same.epoch(), first)
+
+
+FOLDS = {"5%": np.array([0, 2, 4, 6, 8]), "H": np.array([1, 3, 5, 7, 9, 10])}
+RECIPE = SequenceRecipe(INPUTS, FEW, hidden=8, head=8, samples=30)
+
+
+def checkpoint(kind: str, about: dict[str, str]) -> dict[str, object]:
+    return {"class": kind, "state": {}, "about": about}
+
+
+def weights(folder: Path) -> dict[str, NDArray[np.float32]]:
+    fits = read_fits(folder).networks
+    return {f"{fold} {r}": flattened(n) for fold, networks in fits.items() for r, n in enumerate(networks)}
+
+
+def test_fits_of_folds_and_repeats_are_read_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    campaign = made()
+    RECIPE.fit(campaign, FOLDS, 2, 5, tmp_path / "out")
+    assert "4 of 4 fits have not converged, fold 5%, repeat 0 after 6 updates" in capsys.readouterr().err
+    found = weights(tmp_path / "out")
+    assert list(found) == ["5% 0", "5% 1", "H 0", "H 1"]
+    assert not any(np.array_equal(found["5% 0"], found[name]) for name in ("5% 1", "H 0"))
+    # neither the number of workers nor the other folds matter
+    RECIPE.fit(campaign, {"H": FOLDS["H"]}, 2, 5, tmp_path / "alone", workers=1)
+    np.testing.assert_array_equal(weights(tmp_path / "alone")["H 1"], found["H 1"])
+    fits = read_fits(tmp_path / "out")
+    sequences = fits.sequences(campaign)
+    assert fits.inputs == INPUTS and sequences.features.shape[1] == 30
+    both = fits.predict("H", sequences)
+    assert both.shape == (2, 11, 30)
+    np.testing.assert_array_equal(both[1], fits.networks["H"][1].predict(sequences))
+    # standardised by the training runs alone
+    train_runs = sequences.of_runs(FOLDS["5%"])
+    mean = train_runs.features[train_runs.mask].mean(0)
+    np.testing.assert_allclose(fits.networks["5%"][0].feature_mean, mean, rtol=1e-5)
+
+
+def test_a_killed_training_ends_at_the_same_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign, whole, part = made(), tmp_path / "whole", tmp_path / "part"
+    RECIPE.fit(campaign, FOLDS, 2, 5, whole)
+    save, saved, dead = recipes.save_fit, [], []
+
+    def killed(path: Path, *rest: Any) -> None:
+        saved.append(path.name)
+        if dead or len(saved) == 3:
+            dead.append(path)
+            raise KeyboardInterrupt
+        save(path, *rest)
+
+    monkeypatch.setattr(recipes, "save_fit", killed)
+    with pytest.raises(KeyboardInterrupt):
+        RECIPE.fit(campaign, FOLDS, 2, 5, part, workers=1)
+    assert sorted(p.name for p in part.iterdir()) == ["00_00.pt", "00_01.pt"]
+    with pytest.raises(BadInput, match=r"fits\.json: no such file"):
+        read_fits(part)
+    saved[:] = ["", "", ""]
+    dead.clear()
+    RECIPE.fit(campaign, FOLDS, 2, 5, part)
+    assert sorted(saved[3:]) == ["01_00.pt", "01_01.pt"]
+    for name, p in weights(whole).items():
+        np.testing.assert_array_equal(weights(part)[name], p)
+
+
+@pytest.mark.parametrize("change", ["seed", "rate", "data"])
+def test_fits_of_other_data_settings_or_seed_are_made_anew(change: str, out: Path) -> None:
+    campaign, before = made(), weights(out)
+    recipe = replace(RECIPE, training=replace(FEW, rate=0.02)) if change == "rate" else RECIPE
+    if change == "data":
+        # a sample of the second run, which only the fold H trains on
+        campaign.signals["eps"][campaign.offsets[1] + 3] += 1e-3
+    recipe.fit(campaign, FOLDS, 1, 6 if change == "seed" else 5, out)
+    after = weights(out)
+    assert np.array_equal(after["5% 0"], before["5% 0"]) == (change == "data")
+    assert not np.array_equal(after["H 0"], before["H 0"])
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda path: path.write_bytes(b"PK nonsense"), "01_00.pt: not a checkpoint"),
+        (lambda path: path.write_bytes(path.read_bytes()[:900]), "01_00.pt: not a checkpoint"),
+        (lambda path: torch.save(checkpoint("Motor", {}), path), "01_00.pt: is a .* of Motor"),
+        (
+            lambda path: torch.save(checkpoint("DetachmentNetwork", {"fold": "H"}), path),
+            "01_00.pt: does not say what was fitted",
+        ),
+    ],
+)
+def test_a_damaged_fit_is_refused_and_nothing_overwritten(damage: Any, message: str, out: Path) -> None:
+    damage(out / "01_00.pt")
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    for attempt in (lambda: RECIPE.fit(made(), FOLDS, 1, 6, out), lambda: read_fits(out)):
+        with pytest.raises(BadInput, match=message):
+            attempt()
+        assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """A folder with fits of one repeat."""
+    RECIPE.fit(made(), FOLDS, 1, 5, tmp_path / "out")
+    return tmp_path / "out"
+
+
+def test_weights_of_another_shape_are_refused(out: Path) -> None:
+    content = torch.load(out / "00_00.pt", weights_only=True)
+    content["about"]["hidden"] = 12
+    torch.save(content, out / "00_00.pt")
+    with pytest.raises(BadInput, match=r"00_00.pt: does not fit the configured model"):
+        read_fits(out)
+
+
+def test_fits_of_other_features_are_refused(out: Path) -> None:
+    words = r"00_00.pt: was fitted on the (features|settings) .*, not on (omega|none)"
+    for other in (replace(INPUTS, settings=()), replace(INPUTS, features=("omega",))):
+        with pytest.raises(BadInput, match=words):
+            replace(RECIPE, inputs=other).fit(made(), FOLDS, 1, 5, out)
+    assert len(read_fits(out).networks) == 2
+
+
+@pytest.mark.parametrize("summary", [{}, {"folds": [], "repeats": 1}, {"folds": ["H"], "repeats": 1}])
+def test_a_folder_of_something_else_is_refused(summary: dict[str, object], out: Path) -> None:
+    (out / "fits.json").write_text(json.dumps(summary))
+    with pytest.raises(BadInput, match=r"does not say|there are no fits|of another training"):
+        read_fits(out)
+
+
+def test_another_device_trains_the_repeats_as_a_stack(tmp_path: Path) -> None:
+    recipe = replace(RECIPE, dropout=0.0)
+    recipe.fit(made(), FOLDS, 2, 5, tmp_path / "kernel")
+    recipe.fit(made(), FOLDS, 2, 5, tmp_path / "torch", device="cpu:0")
+    others = weights(tmp_path / "torch")
+    for name, p in weights(tmp_path / "kernel").items():
+        np.testing.assert_allclose(others[name], p, atol=1e-3)
+
+
+def test_a_device_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="device nonsense: cannot be used"):
+        RECIPE.fit(made(), FOLDS, 1, 5, tmp_path / "out", device="nonsense")
+    assert Sizes(4, 8, 8, 0).weights == len(flattened(DetachmentNetwork(SequenceInputs(("omega",)), 8, 8)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 from pathlib import Path
 
@@ -10,16 +11,15 @@ import numpy as np
 import pytest
 import torch
 
-from unmodelled.base.errors import BadInput
+from tests.machines.known import built_in, runge_kutta
+from tests.physics.kernel.problems import one_run
+from unmodelled import BadInput, System, one_per_port
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.resume import identity, load_progress, save_progress
 from unmodelled.learning.rollout import Measured, simulate
 from unmodelled.learning.shooting import Objective, Segments, Shooting
-from unmodelled.learning.structures import one_per_port
 from unmodelled.learning.windows import Problem, Progress, Training, Windows, finished
-from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 PERIOD, SAMPLES, RUNS = 0.01, 251, 4
 TRUTH = {"J": 0.02, "b": 0.01, "mgl": 1.2}
@@ -27,12 +27,8 @@ NOISE = np.array([0.01, 0.3])
 SHOOTING = Shooting(25, 30, Windows(1, 3, rate=0.01, physics_rate=0.01), stages=3)
 
 
-def friction(omega: float) -> float:
-    return float(0.06 * np.tanh(omega / 0.3))
-
-
-def motion(x: np.ndarray, torque: float) -> np.ndarray:
-    effort = torque - TRUTH["b"] * x[1] - TRUTH["mgl"] * np.sin(x[0]) - friction(x[1])
+def motion(x: np.ndarray, torque: np.ndarray) -> np.ndarray:
+    effort = torque - TRUTH["b"] * x[1] - TRUTH["mgl"] * np.sin(x[0]) - 0.06 * np.tanh(x[1] / 0.3)
     return np.array([x[1], effort / TRUTH["J"]])
 
 
@@ -40,27 +36,22 @@ def swing(k: int) -> tuple[np.ndarray, np.ndarray]:
     """States and torques of one run without noise."""
     t = np.arange(SAMPLES) * PERIOD
     u = 0.6 * np.sin((2.0 + k) * t + k) + 0.4 * np.sin((7.0 - k) * t)
-    x = np.empty((SAMPLES, 2))
-    x[0] = (-0.6 + 0.4 * k, 0.0)
-    for i in range(SAMPLES - 1):
-        middle = (u[i] + u[i + 1]) / 2
-        k1 = motion(x[i], u[i])
-        k2 = motion(x[i] + PERIOD / 2 * k1, middle)
-        k3 = motion(x[i] + PERIOD / 2 * k2, middle)
-        k4 = motion(x[i] + PERIOD * k3, u[i + 1])
-        x[i + 1] = x[i] + PERIOD / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return x, u
+
+    def rates(now: float, x: np.ndarray) -> np.ndarray:
+        return motion(x, np.interp(now, t, u))
+
+    return runge_kutta(rates, np.array([-0.6 + 0.4 * k, 0.0]), t), u
 
 
-@pytest.fixture(scope="module")
+@cache
 def system() -> System:
     """The pendulum, its inertia and damping wrong."""
-    path = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
-    return read_system(path).with_values({"J": 0.026, "b": 0.02})
+    return built_in("pendulum").with_values({"J": 0.026, "b": 0.02})
 
 
-@pytest.fixture(scope="module")
+@cache
 def data() -> Measured:
+    """Runs with noise."""
     rng = np.random.default_rng(0)
     runs = [swing(k) for k in range(RUNS)]
     x = np.concatenate([x for x, _ in runs])
@@ -74,11 +65,11 @@ def data() -> Measured:
     )
 
 
-def problem_of(training: Training, system: System, data: Measured, members: int = 1) -> Problem:
+def problem_of(training: Training, members: int = 1) -> Problem:
     networks = one_per_port(hidden=8, inputs=["omega"])
     recipe = AugmentedRecipe(networks, training, identify=("J",), method="rk4", hold=1.0)
     runs = [np.delete(np.arange(RUNS), m) if members > 1 else np.arange(RUNS) for m in range(members)]
-    return recipe.problem(system, data, PERIOD, runs, 0)
+    return recipe.problem(system(), data(), PERIOD, runs, 0)
 
 
 def start(problem: Problem) -> list[Progress]:
@@ -100,24 +91,24 @@ def assert_equal(stack: list[Progress], other: list[Progress]) -> None:
 
 
 @pytest.mark.parametrize("steps", [1, 7, 25, 100, 249, 250])
-def test_segments_cover_every_experiment_and_stay_within(steps: int, data: Measured) -> None:
-    cut = Segments.of(data, np.array([1, 3]), steps)
+def test_segments_cover_every_experiment_and_stay_within(steps: int) -> None:
+    cut = Segments.of(data(), np.array([1, 3]), steps)
     reached = cut.starts[:, None] + np.arange(steps + 1)
-    assert set(reached.ravel()) == {i for i, owner in enumerate(data.owner) if owner in (1, 3)}
-    assert np.all(data.owner[reached[:, 0]] == data.owner[reached[:, -1]])
+    assert set(reached.ravel()) == {i for i, owner in enumerate(data().owner) if owner in (1, 3)}
+    assert np.all(data().owner[reached[:, 0]] == data().owner[reached[:, -1]])
     assert np.all(cut.starts[cut.joined] + cut.after == cut.starts[cut.joined + 1])
     assert len(cut.joined) == len(cut.starts) - 2
     assert np.all((cut.after > 0) & (cut.after <= steps))
 
 
-def test_gradients_equal_finite_differences(system: System, data: Measured) -> None:
+def test_gradients_equal_finite_differences() -> None:
     """By weights, parameters and first states; 30 does not divide 250, so that segments overlap."""
-    problem = problem_of(SHOOTING, system, data)
+    problem = problem_of(SHOOTING)
     problem = replace(problem, penalties=np.array([0.5]))
-    cut = Segments.of(data, problem.runs[0], 30)
+    cut = Segments.of(data(), problem.runs[0], 30)
     objective = Objective(problem, 0, cut, price=3.0)
     state = start(problem)[0]
-    state.nodes = data.x[cut.starts]
+    state.nodes = data().x[cut.starts]
     rng = np.random.default_rng(1)
     z = objective.pack(state) + 0.01 * rng.standard_normal(len(objective.pack(state)))
     gradient = objective(z)[1]
@@ -129,15 +120,13 @@ def test_gradients_equal_finite_differences(system: System, data: Measured) -> N
         np.testing.assert_allclose(gradient @ along, slope, rtol=1e-4, atol=1e-10)
 
 
-def test_a_gap_has_its_price(system: System) -> None:
+def test_a_gap_has_its_price() -> None:
     """A first state that is moved away from its trajectory costs at least the gap that it opens."""
     x, u = swing(0)
-    zero = np.zeros(SAMPLES, np.int64)
-    t = PERIOD * np.arange(SAMPLES, dtype=np.float64)
-    data = Measured(x, u[:, None], t, np.empty((1, 0)), zero, np.array([0, SAMPLES]))
+    data = replace(one_run(u[:, None], PERIOD), x=x)
     runs = [np.array([0])]
     recipe = AugmentedRecipe(one_per_port(hidden=8), SHOOTING, method="rk4", hold=1.0)
-    exact = recipe.problem(system.with_values(TRUTH), data, PERIOD, runs, 0)
+    exact = recipe.problem(system().with_values(TRUTH), data, PERIOD, runs, 0)
     cut = Segments.of(data, runs[0], 25)
     nodes = torch.from_numpy(data.x[cut.starts])
     # the network leaves no friction: what is left is the friction alone, and small over one segment
@@ -156,50 +145,46 @@ def test_a_gap_has_its_price(system: System) -> None:
     assert added > 2.0 * C * 0.5**2 / len(cut.joined)
 
 
-def test_the_inertia_is_recovered_through_noise_that_misleads_one_step_training(
-    system: System, data: Measured
-) -> None:
+def test_the_inertia_is_recovered_through_noise_that_misleads_one_step_training() -> None:
     one_step = Windows(1, 60, rate=0.01, physics_rate=0.01)
     shooting = replace(SHOOTING, iterations=150, stages=5)
     error = {}
     for training in (one_step, shooting):
-        state = trained(training, problem_of(training, system, data))[0]
+        state = trained(training, problem_of(training))[0]
         error[type(training)] = abs(state.p[0] / TRUTH["J"] - 1.0)
     assert error[Shooting] < 0.02
     assert error[Windows] > 3.0 * error[Shooting]
 
 
-def test_gaps_close_and_first_speeds_come_nearer_to_the_truth(system: System, data: Measured) -> None:
+def test_gaps_close_and_first_speeds_come_nearer_to_the_truth() -> None:
     shooting = replace(SHOOTING, iterations=150, stages=5)
-    problem = problem_of(shooting, system, data)
+    problem = problem_of(shooting)
     state = trained(shooting, problem)[0]
-    cut = Segments.of(data, problem.runs[0], 25)
+    cut = Segments.of(data(), problem.runs[0], 25)
     truth = np.concatenate([swing(k)[0] for k in range(RUNS)])[cut.starts]
-    measured = data.x[cut.starts]
+    measured = data().x[cut.starts]
     # the angle's noise is small beside its change, so that eq. 4.9 hardly cares for it
     speeds = [np.sqrt(np.mean((x - truth)[:, 1] ** 2)) for x in (measured, state.nodes)]
     assert speeds[1] < 0.5 * speeds[0]
     model = finished(problem.model, [state])
     gaps = []
     for x0 in (measured, state.nodes):
-        X, _ = simulate(model, 0, data, x0, cut.starts, cut.steps, problem.how)
+        X, _ = simulate(model, 0, data(), x0, cut.starts, cut.steps, problem.how)
         gaps.append(np.sqrt(np.mean((X[cut.joined, cut.after] - x0[cut.joined + 1]) ** 2, axis=0)))
     assert np.all(gaps[1] < 0.1 * gaps[0])
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_same_seed_gives_the_same_result(workers: int, system: System, data: Measured) -> None:
-    problem = problem_of(SHOOTING, system, data, members=3)
+def test_the_same_seed_gives_the_same_result(workers: int) -> None:
+    problem = problem_of(SHOOTING, members=3)
     stacks = [trained(replace(SHOOTING, workers=w), problem) for w in (2, workers)]
     assert_equal(*stacks)
     assert all(len(s.losses) == len(s.history) == len(s.seconds) == SHOOTING.epochs for s in stacks[0])
 
 
 @pytest.mark.parametrize("kill", [1, 3, 5])
-def test_a_killed_training_goes_on_to_the_same_result(
-    kill: int, system: System, data: Measured, tmp_path: Path
-) -> None:
-    problem = problem_of(SHOOTING, system, data, members=2)
+def test_a_killed_training_goes_on_to_the_same_result(kill: int, tmp_path: Path) -> None:
+    problem = problem_of(SHOOTING, members=2)
     whole = trained(replace(SHOOTING, workers=1), problem)
     stack, path = start(problem), tmp_path / "checkpoint"
     name = identity(problem, replace(SHOOTING, workers=1))
@@ -216,17 +201,15 @@ def test_a_killed_training_goes_on_to_the_same_result(
 @pytest.mark.parametrize(
     "change", [{"horizon": 20}, {"stages": 4}, {"last_price": 5.0}, {"warm_up": Windows(1, 4)}]
 )
-def test_other_settings_are_another_training(
-    change: dict[str, object], system: System, data: Measured
-) -> None:
-    problem = problem_of(SHOOTING, system, data)
+def test_other_settings_are_other_trainings(change: dict[str, object]) -> None:
+    problem = problem_of(SHOOTING)
     assert identity(problem, replace(SHOOTING, **change)) != identity(problem, SHOOTING)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("warm_up", [0, 3])
-def test_a_diverging_member_leaves_the_others_alone(warm_up: int, system: System, data: Measured) -> None:
+def test_a_diverging_member_leaves_the_others_alone(warm_up: int) -> None:
     shooting = replace(SHOOTING, warm_up=replace(SHOOTING.warm_up, epochs=warm_up))
-    problem = problem_of(shooting, system, data, members=3)
+    problem = problem_of(shooting, members=3)
     whole = trained(shooting, problem)
     stack = start(problem)
     stack[1].weights[:] = 1e300
@@ -238,14 +221,14 @@ def test_a_diverging_member_leaves_the_others_alone(warm_up: int, system: System
     assert_equal(stack[::2], whole[::2])
 
 
-def test_parameters_keep_their_bounds(system: System, data: Measured) -> None:
-    problem = problem_of(SHOOTING, system, data)
+def test_parameters_keep_their_bounds() -> None:
+    problem = problem_of(SHOOTING)
     problem = replace(problem, bounds=np.array([[0.024, 0.03]]))
     assert trained(SHOOTING, problem)[0].p[0] == pytest.approx(0.024)
 
 
-def test_bad_requests_are_refused(system: System, data: Measured) -> None:
-    problem = problem_of(SHOOTING, system, data)
+def test_bad_requests_are_refused() -> None:
+    problem = problem_of(SHOOTING)
     with pytest.raises(BadInput, match="no training experiment has more than 300 samples"):
         list(replace(SHOOTING, horizon=300).train(problem, start(problem)))
     with pytest.raises(BadInput, match="device cuda: this training runs on the cpu only"):

@@ -9,30 +9,25 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from pipeline.__main__ import main
+from pipeline.rigs import clutch
 from pipeline.rigs.clutch import ClutchCampaign
+from tests.machines.known import SYSTEMS, Array, built_in
+from unmodelled import Logs, System, read_logs
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.event_times import EventTimes
+from unmodelled.learning.uncertainty import problem
 from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
-from unmodelled.learning.uncertainty.problem import (
-    callable_response,
-    of_observations,
-    read_observations,
-    read_problem,
-)
+from unmodelled.learning.uncertainty.event_response import event_response, inputs, same_starts
 from unmodelled.learning.uncertainty.setup import Setup, pairs
-from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.families import ClippedNormal
 from unmodelled.uncertainty.identify import Settings
-from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
+from unmodelled.uncertainty.methods import METHODS
 from unmodelled.uncertainty.propagation import ChaosMaximumEntropy
 from unmodelled.uncertainty.response import Formula
 
-Array = NDArray[np.float64]
-ROOT = Path(__file__).parents[2]
 POINTS = 60
 SETUP = Setup(ClippedNormal, (0.01, 0.3), nodes=(15, 9), search=Settings(16, 40, 0.05))
 
@@ -44,7 +39,7 @@ def outputs(theta: Array) -> Array:
 
 
 def model() -> Formula:
-    return callable_response(outputs, ["a", "b"], [[0.5, 1.5], [0.5, 1.5]])
+    return problem.callable_response(outputs, ["a", "b"], [[0.5, 1.5], [0.5, 1.5]])
 
 
 @pytest.mark.long
@@ -56,15 +51,6 @@ def test_a_planted_distribution_is_recovered(method: str) -> None:
     found = np.array([f.alpha for f in estimator.identify_all(method, drawn, 0, 2)])
     error = np.median(found, axis=0) - truth
     assert np.all(np.abs(error) < [0.03, 0.03, 0.02, 0.03])
-
-
-def test_replicates_do_not_depend_on_the_workers() -> None:
-    estimator = Estimator(SETUP, SETUP.surface(model()))
-    drawn = estimator.draw(pairs([0.9, 1.1, 0.1, 0.05]), 3, 1)
-    one, two = (
-        [f.alpha for f in estimator.identify_all(PUSH_FORWARD, drawn, 5, workers)] for workers in (1, 3)
-    )
-    np.testing.assert_array_equal(one, two)
 
 
 def test_the_deterministic_fit_is_that_of_least_squares() -> None:
@@ -80,17 +66,18 @@ def observations(folder: Path, y: Array) -> Path:
 
 
 def test_observations_must_be_as_many_as_outputs(tmp_path: Path) -> None:
+    few = observations(tmp_path, np.ones(POINTS - 1))
     with pytest.raises(BadInput, match="must have 60 rows, one for every output of the model, got 59"):
-        of_observations(model(), read_observations(observations(tmp_path, np.ones(POINTS - 1))))
+        problem.of_observations(model(), problem.read_observations(few))
     with pytest.raises(BadInput, match="row 1: no observations below it"):
-        of_observations(model(), read_observations(observations(tmp_path, np.ones(0))))
+        problem.of_observations(model(), problem.read_observations(observations(tmp_path, np.ones(0))))
 
 
 def test_setups_that_make_no_sense_are_refused() -> None:
     with pytest.raises(BadInput, match="deviations: must be positive and increase"):
         replace(SETUP, deviations=(0.0, 0.1))
     with pytest.raises(BadInput, match="bounds: must be"):
-        callable_response(outputs, ["a", "b"], [[1.5, 0.5], [0.5, 1.5]])
+        problem.callable_response(outputs, ["a", "b"], [[1.5, 0.5], [0.5, 1.5]])
 
 
 def command(*arguments: object) -> int:
@@ -102,19 +89,12 @@ def command(*arguments: object) -> int:
 
 def callable_named(function: str) -> str:
     """The command-line argument for a function of this module."""
-    target = "unmodelled.learning.uncertainty.problem.callable_response"
+    target = "_target_: unmodelled.learning.uncertainty.problem.callable_response"
     inner = f"{{_target_: {__name__}.{function}, _partial_: true}}"
-    return (
-        f"response={{_target_: {target}, names: [a, b], bounds: [[0.5, 1.5], [0.5, 1.5]], function: {inner}}}"
-    )
+    return f"response={{{target}, names: [a, b], bounds: [[0.5, 1.5], [0.5, 1.5]], function: {inner}}}"
 
 
-SHORT = (
-    "uncertainty.search.generations=3",
-    "uncertainty.nodes=[9,9]",
-    "profile=quick",
-    "profile.data_sets=2",
-)
+SHORT = "uncertainty.search.generations=3", "uncertainty.nodes=[9,9]", "profile=quick", "profile.data_sets=2"
 
 
 @pytest.fixture(scope="module")
@@ -129,15 +109,15 @@ def clutch_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.long
 def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: Path) -> None:
-    problem = read_problem(ROOT / "systems/clutch.yaml", clutch_logs, None, None, None, None, None)
+    found = problem.read_problem(SYSTEMS / "clutch.yaml", clutch_logs, None, None, None, None, None)
     truth = json.loads((clutch_logs / "bench.json").read_text())
     ids = pd.read_csv(clutch_logs / "experiments.csv")["id"].tolist()
     theta = np.array([truth["theta"][name] for name in ids])
     shift = np.array([truth["shifting_time"][name] for name in ids])
-    assert problem.response.names == ("p_hc0", "z_p") and problem.ids == tuple(ids)
-    np.testing.assert_allclose(problem.response.bounds, [[0.7, 1.3], [0.4, 1.15]])
-    np.testing.assert_allclose(problem.y, shift, atol=2e-3)
-    np.testing.assert_allclose(np.diag(problem.response(theta)), problem.y, atol=3e-3)
+    assert found.response.names == ("p_hc0", "z_p") and found.ids == tuple(ids)
+    np.testing.assert_allclose(found.response.bounds, [[0.7, 1.3], [0.4, 1.15]])
+    np.testing.assert_allclose(found.y, shift, atol=2e-3)
+    np.testing.assert_allclose(np.diag(found.response(theta)), found.y, atol=3e-3)
 
 
 @pytest.fixture(scope="module")
@@ -180,17 +160,8 @@ def test_the_methods_are_assessed(identified: Path, clutch_logs: Path, tmp_path:
 @pytest.mark.long
 def test_the_verb_takes_a_python_function(tmp_path: Path) -> None:
     y = np.diag(outputs(np.random.default_rng(0).normal([0.9, 1.1], [0.1, 0.05], (POINTS, 2))))
-    path = observations(tmp_path, y)
-    assert (
-        command(
-            "identify_uncertainty",
-            callable_named("outputs"),
-            f"observations={path}",
-            *SHORT,
-            f"out={tmp_path / 'o'}",
-        )
-        == 0
-    )
+    places = f"observations={observations(tmp_path, y)}", f"out={tmp_path / 'o'}"
+    assert command("identify_uncertainty", callable_named("outputs"), *places, *SHORT) == 0
     assert json.loads((tmp_path / "o" / "uncertainty.json").read_text())["parameters"] == ["a", "b"]
 
 
@@ -219,13 +190,11 @@ def gone(theta: Array) -> Array:
 )
 def test_refusals(changes: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = observations(tmp_path, np.linspace(2.0, 3.0, POINTS))
-    empty = tmp_path / "empty.csv"
-    empty.write_text("id,y\n")
-    changes = [c.replace("observations=empty.csv", f"observations={empty}") for c in changes]
+    (tmp_path / "empty.csv").write_text("id,y\n")
+    changes = [c.replace("=empty.csv", f"={tmp_path / 'empty.csv'}") for c in changes]
     keys = {c.split("=")[0] for c in changes}
-    given = [
-        a for a in (callable_named("outputs"), f"observations={path}", *SHORT) if a.split("=")[0] not in keys
-    ]
+    usual = callable_named("outputs"), f"observations={path}", *SHORT
+    given = [a for a in usual if a.split("=")[0] not in keys]
     assert command("identify_uncertainty", *given, *changes, f"out={tmp_path / 'out'}") == 2
     line = capsys.readouterr().err.strip().splitlines()[-1]
     assert line.startswith("error: ") and said in line
@@ -233,9 +202,7 @@ def test_refusals(changes: list[str], said: str, tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.long
-def test_events_that_are_not_there(
-    clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_missing_events(clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     known = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"out={tmp_path / 'o'}")
     for change, said in (
         ("event=stop", "has no event 'stop'"),
@@ -248,22 +215,18 @@ def test_events_that_are_not_there(
     assert "events: must be one" in capsys.readouterr().err
 
 
-def test_an_empty_campaign_is_refused(
-    clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    empty = tmp_path / "logs"
-    empty.mkdir()
+def test_no_logs_are_refused(clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     header = (clutch_logs / "experiments.csv").read_text().splitlines()[0]
-    (empty / "experiments.csv").write_text(header + "\n")
-    known = ("system=systems/clutch.yaml", f"logs={empty}", f"out={tmp_path / 'o'}")
+    (tmp_path / "experiments.csv").write_text(header + "\n")
+    known = ("system=systems/clutch.yaml", f"logs={tmp_path}", f"out={tmp_path}_found")
     assert command("identify_uncertainty", *known) == 2
     assert "experiments.csv: row 1: column id: no experiments below it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("sharp", [False, True])
 def test_maximum_entropy_converges_for_all_operating_points(sharp: bool) -> None:
-    campaign, name = ClutchCampaign(sharp), "clutch_sharp" if sharp else "clutch"
-    system, table = read_system(ROOT / f"systems/{name}.yaml"), campaign.table()
+    campaign, system = ClutchCampaign(sharp), built_in("clutch_sharp" if sharp else "clutch")
+    table = campaign.table()
     t = np.arange(4001) * 1e-3
     u = np.array([campaign.profiles.current(t, *row) for row in table[["u1", "u2", "u3"]].to_numpy()])
     c = table[["omega_m", "T_b0"]].to_numpy(float)
@@ -274,3 +237,60 @@ def test_maximum_entropy_converges_for_all_operating_points(sharp: bool) -> None
         chaos = Chaos(SETUP.families(response), SETUP.degree, SETUP.order)
         found = ChaosMaximumEntropy(response, chaos, SETUP.moments)(pairs(alpha))
         assert not found.fallback.any() and found.fallback.shape == (108,)
+
+
+UNCERTAIN = ("p_hc0", "z_p")
+Truth = dict[str, dict[str, list[float]]]
+
+
+class TwoProfiles(ClutchCampaign):
+    """The twelve engagements with the ninth and the tenth profile."""
+
+    def table(self) -> pd.DataFrame:
+        return super().table().iloc[48:60]
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> tuple[Logs, System, Truth]:
+    """Logs, the last of which ends after 0.4 s, and what the bench knows of them."""
+    folder = tmp_path_factory.mktemp("bench") / "logs"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(clutch, "PERIOD", 0.002)
+        TwoProfiles().write(folder, 5)
+    pd.read_csv(folder / "E60.csv").iloc[:201].to_csv(folder / "E60.csv", index=False)
+    system = built_in("clutch")
+    return read_logs(folder, system), system, json.loads((folder / "bench.json").read_text())
+
+
+def test_times_of_the_bench(bench: tuple[Logs, System, Truth]) -> None:
+    """At the theta of each engagement: that one comes out, whatever the others."""
+    logs, system, truth = bench
+    found = event_response(system, "shift", UNCERTAIN, logs, 0.004)
+    assert [len(same.members) for same in found.inputs] == [6, 6]
+    own = np.diag(found(np.array([truth["theta"][name] for name in logs.ids])))
+    expected = np.array([truth["shifting_time"][name] for name in logs.ids])
+    assert logs.ids[-1] == "E60"
+    assert expected[-1] > 0.4
+    assert np.isnan(own[-1])
+    # the measured start of the shafts is noisy
+    np.testing.assert_allclose(own[:-1], expected[:-1], rtol=0.0, atol=3e-3)
+
+
+def test_a_log_that_ends_goes_on_like_one_that_begins_alike(bench: tuple[Logs, System, Truth]) -> None:
+    logs, _, _ = bench
+    u, group = inputs(logs)
+    np.testing.assert_array_equal(group, np.repeat([0, 1], 6))
+    np.testing.assert_array_equal(u[11], u[10])
+    np.testing.assert_array_equal(u[0], logs.u[logs.rows(0)])
+    other = replace(logs, u=logs.u.copy())
+    other.u[logs.offsets[11]] += 0.1
+    u, group = inputs(other)
+    np.testing.assert_array_equal(group, [0] * 6 + [1] * 5 + [2])
+    assert set(u[11, 200:, 0]) == {other.u[-1, 0]}
+
+
+def test_starts_that_differ_by_noise_are_one() -> None:
+    group, start = np.array([0, 0, 0, 1, 1, 2]), np.array([1.0, 1.2, 1.1, 3.0, 5.0, 7.0])
+    np.testing.assert_allclose(same_starts(group, start, 0.1), [1.1, 1.1, 1.1, 3.0, 5.0, 7.0])
+    assert len(set(same_starts(group, start, 0.1)[:3])) == 1
+    np.testing.assert_array_equal(same_starts(group, start, 0.0), start)

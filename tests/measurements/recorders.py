@@ -21,6 +21,18 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
 from tests.measurements.systems import run
+from unmodelled.base.errors import Faults
+from unmodelled.logs.readers.known import read_files
+from unmodelled.logs.readers.reader import Table
+
+
+def tables(path: Path) -> list[Table]:
+    """The tables that are read from a file."""
+    faults = Faults()
+    found = read_files([path], None, faults)
+    faults.check()
+    return found[path]
+
 
 #: The numbers in every file, over time in s from 0.
 LOG = {name: np.round(column, 6) for name, column in run(80).items()}

@@ -3,42 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import sympy as sp
-from numpy.typing import NDArray
+import yaml
 
+from tests.machines.known import EMPTY, Array, refusals
+from unmodelled import Logs, read_logs
 from unmodelled.systems.model import Constant, Input, Output, Parameter, Port, State, System
 from unmodelled.systems.tables import Table
 
-Array = NDArray[np.float64]
 Log = Mapping[str, Array]
 
 theta, omega, i, V, R, L, k, J, F, m = sp.symbols("theta omega i V R L k J F m", real=True)
 
-PARAMETERS = tuple(
-    Parameter(name, unit, value)
-    for name, unit, value in [("R", "ohm", 2.0), ("L", "H", 0.05), ("k", "N m/A", 0.3), ("J", "kg m^2", 0.02)]
-)
+PARAMETERS = ("R", "ohm", 2.0), ("L", "H", 0.05), ("k", "N m/A", 0.3), ("J", "kg m^2", 0.02)
+ANGLE, SPEED = Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)
+#: The keys of a mapping for logs of `run`.
+PLAIN = {
+    "schema": "mapping/1",
+    "files": ["*.csv"],
+    "time": {"column": "t"},
+    "signals": {"angle": "angle", "voltage": {"column": "voltage"}},
+    "constants": {"m": 0.5},
+}
 
 
-def motor(
-    outputs: Sequence[Output] | None = None, input_delay: float = 0.0, inductance: float = 0.05
-) -> System:
+def motor(outputs: Sequence[Output] = (ANGLE,), input_delay: float = 0.0, inductance: float = 0.05) -> System:
     """A DC motor with its load; its angle is measured unless `outputs` says otherwise."""
-    shown = outputs if outputs is not None else [Output("theta", "rad", "angle", theta)]
-    system = System(
+    system = replace(
+        EMPTY,
         name="motor",
         states=(State("theta", "rad"), State("omega", "rad/s"), State("i", "A", initial=sp.Float(0.5))),
         inputs=(Input("V", "V", "voltage", input_delay),),
-        outputs=tuple(shown),
+        outputs=tuple(outputs),
         operating_point=(Constant("m", "kg"),),
-        parameters=PARAMETERS,
+        parameters=tuple(Parameter(*each) for each in PARAMETERS),
         ports=(Port("shaft", "F", "N m", "theta", "omega"),),
         tables=(Table("curve", (0.0, 1.0, 2.0, 3.0), (0.0, 1.0, 4.0, 9.0)),),
-        signals={},
         dynamics=(omega, (k * i - F) / (J + m), (V - R * i - k * omega) / L),
     )
     return system.with_values({"L": inductance})
@@ -55,16 +61,44 @@ def run(n: int = 400, period: float = 0.002, rate: float = 3.0) -> dict[str, Arr
     }
 
 
+def rows(log: Log, some: Any) -> dict[str, Array]:
+    """Some rows of a log, in any order."""
+    return {name: column[some] for name, column in log.items()}
+
+
+def write_tables(folder: Path, logs: Mapping[str, Mapping[str, Any]], suffix: str = "csv") -> Path:
+    """A folder with a file for each of the logs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, log in logs.items():
+        getattr(pd.DataFrame(log), f"to_{suffix}")(folder / f"{name}.{suffix}", index=False)
+    return folder
+
+
 def write_folder(
     folder: Path, logs: Mapping[str, Log], suffix: str = "csv", **columns: Sequence[object]
 ) -> Path:
     """A log folder with one experiment for each of `logs`; `columns` go to experiments.csv."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, log in logs.items():
-        if suffix == "csv":
-            pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
-        else:
-            pd.DataFrame(log).to_parquet(folder / f"{name}.{suffix}", index=False)
+    write_tables(folder, logs, suffix)
     table = {"id": list(logs), "file": [f"{name}.{suffix}" for name in logs], "m": [0.5] * len(logs)}
     pd.DataFrame({**table, **columns}).to_csv(folder / "experiments.csv", index=False)
     return folder
+
+
+def write(folder: Path, logs: Mapping[str, Mapping[str, Any]], **keys: Any) -> Path:
+    """A folder with a CSV file for each of the logs, and a mapping with other keys than `PLAIN`."""
+    write_tables(folder, logs)
+    content = {key: value for key, value in {**PLAIN, **keys}.items() if value is not None}
+    (folder / "mapping.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    return folder
+
+
+def refused(place: Path, system: System | None = None) -> str:
+    """All lines for which logs are refused."""
+    return "\n".join(refusals(lambda: read_logs(place, system or motor())))
+
+
+def assert_same(found: Logs, expected: Logs, *but: str) -> None:
+    """Equal in all fields except for their place, their table of experiments and `but`."""
+    for field in fields(Logs):
+        if field.name not in ("experiments", "source", *but):
+            np.testing.assert_equal(getattr(found, field.name), getattr(expected, field.name), field.name)

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.machines.folders import system_of
-from tests.measurements.systems import motor, run, write_folder
-from unmodelled.base.errors import BadInput
-from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
+from tests.machines.folders import logs_of, system_of
+from tests.machines.known import written_again
+from tests.measurements.systems import assert_same, motor, rows, run, write_folder
+from unmodelled import BadInput, read_logs
 from unmodelled.systems.model import Constant, State, System
-from unmodelled.systems.reader import read_system
-from unmodelled.systems.writer import write_system
 
 WEAR = Constant("wear", "1", {"a": 0.25, "b": -0.5, "elsewhere": 9.0})
 
@@ -31,15 +27,12 @@ def folder(tmp_path: Path) -> Path:
     return write_folder(tmp_path / "logs", {"a": run(), "b": run(100)})
 
 
-def test_values_of_the_file_need_no_column(folder: Path) -> None:
+def test_values_of_the_file_need_no_column_and_take_the_place_of_one(folder: Path) -> None:
     logs = read_logs(folder, given(WEAR, Constant("m", "kg")))
     assert logs.constants == ("wear", "m")
     assert logs.c.tolist() == [[0.25, 0.5], [-0.5, 0.5]]
     assert logs.experiments["wear"].tolist() == [0.25, -0.5]
     assert not any("wear" in note for note in logs.notes)
-
-
-def test_they_take_the_place_of_a_column(folder: Path) -> None:
     write_folder(folder, {"a": run(), "b": run(100)}, wear=["new", "old"])
     logs = read_logs(folder, given(WEAR))
     assert logs.c.tolist() == [[0.25], [-0.5]]
@@ -60,12 +53,11 @@ dynamics: {T: (P - k*(T - T_out) - k*(T - T_wall))/C}
 def test_a_constant_may_have_the_unit_of_its_column(tmp_path: Path) -> None:
     system = system_of(ROOM, tmp_path)
     log = {"t": np.arange(60) * 10.0, "P": np.sin(np.arange(60)), "T": 20.0 + np.cos(np.arange(60))}
-    logs = read_logs(write_folder(tmp_path / "logs", {"a": log, "b": log}, T_out=[5.0, -3.0]), system)
+    logs = logs_of(system, tmp_path / "logs", [log, log], id=["a", "b"], T_out=[5.0, -3.0])
     np.testing.assert_allclose(logs.c, [[278.15, 283.15], [270.15, 293.15]])
     logs.to_hdf5(tmp_path / "logs.h5", system)
     np.testing.assert_allclose(read_logs(tmp_path / "logs.h5", system).c, logs.c)
-    write_system(system, tmp_path / "again.yaml")
-    again = read_system(tmp_path / "again.yaml")
+    again = written_again(system, tmp_path)
     np.testing.assert_allclose(read_logs(tmp_path / "logs", again).c, logs.c)
 
 
@@ -86,23 +78,13 @@ def test_without_another_value_it_is_refused(folder: Path) -> None:
         read_logs(folder.parent / "store", both)
 
 
-def assert_equal(one: Logs, other: Logs) -> None:
-    for field in fields(Logs):
-        if field.name not in ("experiments", "notes", "source"):
-            np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))
-
-
 @pytest.mark.parametrize("delay", [0.0113, -0.004, -0.00031])
 def test_a_store_is_read_for_other_states_delays_and_constants(folder: Path, delay: float) -> None:
     read_logs(folder, motor()).write(folder.parent / "store")
     late = motor(input_delay=delay, inductance=0.5)
-    grown = replace(
-        late,
-        states=(*late.states, State("z", "A")),
-        dynamics=(*late.dynamics, late.x[2] - late.x[1] * 0.1),
-        operating_point=(*late.operating_point, WEAR),
-    )
-    assert_equal(read_logs(folder.parent / "store", grown), read_logs(folder, grown))
+    states, dynamics = (*late.states, State("z", "A")), (*late.dynamics, late.x[2] - late.x[1] * 0.1)
+    grown = given(*late.operating_point, WEAR, system=replace(late, states=states, dynamics=dynamics))
+    assert_same(read_logs(folder.parent / "store", grown), read_logs(folder, grown), "notes")
 
 
 def test_a_store_with_more_constants_belongs_to_another_system(folder: Path) -> None:
@@ -111,30 +93,26 @@ def test_a_store_with_more_constants_belongs_to_another_system(folder: Path) -> 
         read_logs(folder.parent / "store", given())
 
 
-def damaged(store: Path) -> None:
-    table = pd.read_parquet(store / "experiments.parquet")
-    table.drop(columns="samples").to_parquet(store / "experiments.parquet")
-
-
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("provenance", "words"),
     [
-        (
-            lambda store: (store / "provenance.json").write_text("[]"),
-            "provenance.json: must be an object, got a list",
-        ),
-        (
-            lambda store: (store / "provenance.json").write_text('{"logs": 1}'),
-            "logs: must be an object, got 1",
-        ),
-        (lambda store: (store / "provenance.json").unlink(), "provenance.json: no such file"),
-        (damaged, "damaged store .experiments.parquet has no column samples"),
+        ("[]", "provenance.json: must be an object, got a list"),
+        ('{"logs": 1}', "logs: must be an object, got 1"),
+        (None, "provenance.json: no such file"),
+        # a column of its table is missing
+        ("", "damaged store .experiments.parquet has no column samples"),
     ],
 )
-def test_a_damaged_store_is_refused(folder: Path, change: Callable[[Path], None], words: str) -> None:
+def test_a_damaged_store_is_refused(folder: Path, provenance: str | None, words: str) -> None:
     store = folder.parent / "store"
     read_logs(folder, motor()).write(store)
-    change(store)
+    if provenance is None:
+        (store / "provenance.json").unlink()
+    elif provenance:
+        (store / "provenance.json").write_text(provenance)
+    else:
+        table = pd.read_parquet(store / "experiments.parquet")
+        table.drop(columns="samples").to_parquet(store / "experiments.parquet")
     with pytest.raises(BadInput, match=words):
         read_logs(store, motor())
 
@@ -159,7 +137,7 @@ def test_a_part_of_a_log_has_the_constants_of_the_log(tmp_path: Path) -> None:
     values = {"a": 0.3, "b": 0.4, "b.part2": 0.5}
     known = replace(motor(), operating_point=(Constant("m", "kg", values),))
     kept = np.r_[0:200, 300:500]
-    records = {name: {column: v[kept] for column, v in run(500).items()} for name in "ab"}
+    records = {name: rows(run(500), kept) for name in "ab"}
     logs = read_logs(write_folder(tmp_path, records), known)
     assert logs.ids == ("a.part1", "a.part2", "b.part1", "b.part2")
     assert logs.c[:, 0].tolist() == [0.3, 0.3, 0.4, 0.5]

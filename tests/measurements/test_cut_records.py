@@ -9,19 +9,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from tests.machines.folders import system_of, write_runs
-from unmodelled import diagnose
+from tests.machines.known import Array
+from tests.measurements.systems import write
+from unmodelled import Logs, diagnose, read_logs
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, several
 from unmodelled.systems.model import Port, System, symbol
 
-Array = NDArray[np.float64]
 PERIOD, SAMPLES, PARTS = 2.0, 1800, 6
 
 
@@ -30,7 +28,7 @@ class Machine:
     """A machine with a store that no output shows, and its own equations."""
 
     text: str
-    rates: Callable[[Array, float], Array]
+    rates: Callable[[Array, float], list[float]]
     start: tuple[float, ...]
     shows: Callable[[Array, Array], Array]
     levels: tuple[float, ...]  # of the input, in turn
@@ -43,15 +41,13 @@ PLATE = Machine(
 schema: system/1
 name: plate
 states: {surface: {unit: K, initial: 293}, core: {unit: K, initial: 293}}
-inputs: {P: {unit: W}}
+inputs: {P: {unit: W, hold: true}}
 outputs: {y: {unit: K, expression: surface}}
 parameters: {C: {value: 40, unit: J/K}, D: {value: 900, unit: J/K}, g: {value: 2, unit: W/K},
   h: {value: 0.8, unit: W/K}, room: {value: 293, unit: K}}
 dynamics: {surface: (P - g*(surface - core))/C, core: (g*(surface - core) - h*(core - room))/D}
 """,
-    lambda x, u: np.array(
-        [(u - 2.0 * (x[0] - x[1])) / 40.0, (2.0 * (x[0] - x[1]) - 0.8 * (x[1] - 293.0)) / 900.0]
-    ),
+    lambda x, u: [(u - 2.0 * (x[0] - x[1])) / 40.0, (2.0 * (x[0] - x[1]) - 0.8 * (x[1] - 293.0)) / 900.0],
     (293.0, 293.0),
     lambda x, u: x[:, 0],
     (60.0, 20.0, 90.0, 5.0),
@@ -63,18 +59,16 @@ TANKS = Machine(
 schema: system/1
 name: tanks
 states: {upper: {unit: m, initial: 0.5}, lower: {unit: m, initial: 0.2}}
-inputs: {inflow: {unit: m^3/s}}
+inputs: {inflow: {unit: m^3/s, hold: true}}
 outputs: {y: {unit: m, expression: lower}}
 parameters: {A: {value: 0.1, unit: m^2}, B: {value: 0.02, unit: m^2}, a: {value: 0.0003, unit: m^2},
   b: {value: 0.0004, unit: m^2}, G: {value: 19.62, unit: m/s^2}}
 dynamics: {upper: (inflow - a*sqrt(G*upper))/A, lower: (a*sqrt(G*upper) - b*sqrt(G*lower))/B}
 """,
-    lambda x, u: np.array(
-        [
-            (u - 3e-4 * np.sqrt(19.62 * x[0])) / 0.1,
-            (3e-4 * np.sqrt(19.62 * x[0]) - 4e-4 * np.sqrt(19.62 * x[1])) / 0.02,
-        ]
-    ),
+    lambda x, u: [
+        (u - 3e-4 * np.sqrt(19.62 * x[0])) / 0.1,
+        (3e-4 * np.sqrt(19.62 * x[0]) - 4e-4 * np.sqrt(19.62 * x[1])) / 0.02,
+    ],
     (0.5, 0.2),
     lambda x, u: x[:, 1],
     (1.2e-3, 0.7e-3, 1.6e-3, 0.9e-3),
@@ -92,7 +86,7 @@ parameters: {Q: {value: 7200, unit: A s}, E: {value: 3.3, unit: V}, k: {value: 0
   R: {value: 0.03, unit: ohm}, S: {value: 0.05, unit: ohm}, T: {value: 700, unit: s}}
 dynamics: {soc: -i/Q, z: (S*i - z)/T}
 """,
-    lambda x, u: np.array([-u / 7200.0, (0.05 * u - x[1]) / 700.0]),
+    lambda x, u: [-u / 7200.0, (0.05 * u - x[1]) / 700.0],
     (0.9, 0.0),
     lambda x, u: 3.3 + 0.8 * x[:, 0] - 0.03 * u - x[:, 1],
     (4.0, -1.5, 2.0, 0.0, -2.0),
@@ -109,25 +103,20 @@ def signals(machine: Machine) -> tuple[Array, Array, Array]:
     for held in u:
         states.append(x)
         for _ in range(20):
-            middle = x + 0.5 * h * machine.rates(x, held)
-            x = x + h * machine.rates(middle, held)
+            middle = x + 0.5 * h * np.array(machine.rates(x, held))
+            x = x + h * np.array(machine.rates(middle, held))
     noise = machine.noise * np.random.default_rng(3).standard_normal(SAMPLES)
     return PERIOD * np.arange(SAMPLES), u, machine.shows(np.array(states), u) + noise
 
 
-def read(folder: Path, machine: Machine, mapping: str = "", lost: slice = slice(0, 0)) -> tuple[System, Logs]:
-    t, u, y = signals(machine)
-    text = machine.text.replace("unit: W}", "unit: W, hold: true}").replace("m^3/s}", "m^3/s, hold: true}")
-    system = system_of(text, folder)
-    kept = np.delete(np.arange(SAMPLES), lost)
-    table = pd.DataFrame({"t": t, "u": u, "y": y}).iloc[kept]
-    table.to_csv(folder / "record.csv", index=False)
-    (name,) = (item.name for item in system.inputs)
-    (folder / "mapping.yaml").write_text(
-        "schema: mapping/1\nfiles: [record.csv]\ntime: {column: t, unit: s}\n"
-        f"signals: {{{name}: {{column: u, unit: {system.inputs[0].unit}}}, "
-        f"y: {{column: y, unit: {system.outputs[0].unit}}}}}\n{mapping}"
-    )
+def read(folder: Path, machine: Machine, lost: slice = slice(0, 0), **mapping: str) -> tuple[System, Logs]:
+    """The machine, and its record by a mapping."""
+    system, columns = system_of(machine.text, folder), dict(zip("tuy", signals(machine), strict=True))
+    record = {name: np.delete(column, lost) for name, column in columns.items()}
+    used = {"u": system.inputs[0], "y": system.outputs[0]}
+    named = {item.column: {"column": column, "unit": item.unit} for column, item in used.items()}
+    keys = {"files": ["record.csv"], "time": {"column": "t", "unit": "s"}, "constants": None, **mapping}
+    write(folder, {"record": record}, signals=named, **keys)
     return system, read_logs(folder, system)
 
 
@@ -136,7 +125,7 @@ def test_a_cut_record_has_the_gap_of_the_whole_one(name: str, tmp_path: Path) ->
     """Also of some of its parts: the states go on through those that are not simulated."""
     machine = MACHINES[name]
     system, whole = read(tmp_path, machine)
-    cut = read(tmp_path, machine, f"cut: {PERIOD * SAMPLES / PARTS:g} s\n")[1]
+    cut = read(tmp_path, machine, cut=f"{PERIOD * SAMPLES / PARTS:g} s")[1]
     assert (len(whole), len(cut)) == (1, PARTS)
     known = free_runs(system, whole, machine.horizon)
     assert known.value < 1.5 * known.floor
@@ -150,7 +139,7 @@ def test_a_cut_record_has_the_gap_of_the_whole_one(name: str, tmp_path: Path) ->
 @pytest.mark.long
 def test_a_complete_model_of_a_cut_record_has_no_gap(tmp_path: Path) -> None:
     """Where its core started anew in every part, a conductance of the plate drifted from part to part."""
-    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    system, logs = read(tmp_path, PLATE, cut="600 s")
     conductance = replace(system.parameters[3], identify=True, bounds=(0.1, 3.0))
     surface = Port("wall", "q", "W", position="surface")
     rates = (system.dynamics[0] - symbol("q") / symbol("C"), system.dynamics[1])
@@ -186,14 +175,14 @@ def test_spans_of_one_log_continue_each_other(tmp_path: Path) -> None:
 
 
 def test_a_part_alone_starts_where_the_record_was(tmp_path: Path) -> None:
-    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    system, logs = read(tmp_path, PLATE, cut="600 s")
     alone = prepare(system, logs.among([4]))
     np.testing.assert_allclose(alone.x[0], logs.x[logs.offsets[4]])
     assert alone.gap(0) is None
 
 
 def test_a_store_keeps_what_continues(tmp_path: Path) -> None:
-    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    system, logs = read(tmp_path, PLATE, cut="600 s")
     logs.write(tmp_path / "store")
     stored = prepare(system, Logs.read(tmp_path / "store", system))
     assert stored.continues == logs.continues
@@ -202,11 +191,15 @@ def test_a_store_keeps_what_continues(tmp_path: Path) -> None:
 
 def test_numbers_of_single_parts_change_along_a_record(tmp_path: Path) -> None:
     """A parameter of its own in every part: the states of a part go on from the end of the part before."""
-    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    system, logs = read(tmp_path, PLATE, cut="600 s")
+
+    def hidden_starts() -> Array:
+        return Simulation(system, Recording.whole(logs)).hidden_starts(values)
+
     values = np.tile(system.values, (len(logs), 1, 1))
-    hidden = Simulation(system, Recording.whole(logs)).hidden_starts(values)
+    hidden = hidden_starts()
     values[2, 0, 1] *= 1.0 + 1e-12
-    np.testing.assert_allclose(Simulation(system, Recording.whole(logs)).hidden_starts(values), hidden)
+    np.testing.assert_allclose(hidden_starts(), hidden)
     values[2, 0, 1] *= 0.5
-    changed = Simulation(system, Recording.whole(logs)).hidden_starts(values)
+    changed = hidden_starts()
     assert np.abs(changed - hidden)[:3].max() < 1e-9 < 1e-2 < np.abs(changed - hidden)[3]

@@ -1,30 +1,44 @@
-"""Text tables as recorders write them: the same numbers from every dialect."""
+"""Text tables as recorders write them, and names beside lists: elements follow their names in any format."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
+from rosbags import rosbag1
+from rosbags.typesys import Stores, get_typestore
+from scipy.io import savemat
 
+from tests.machines.known import refusals
+from tests.measurements.recorders import tables
+from tests.measurements.systems import motor, write
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.logs.readers.known import read_files
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.readers import known
 from unmodelled.logs.readers.reader import Table
 
 T = np.arange(60) * 0.25
 X = np.round(np.sin(T), 6)
 ROWS = [f"{t},{x}" for t, x in zip(T, X, strict=True)]
 BODY = "\n".join(ROWS) + "\n"
+HEAD = "Recorder;3.1\nUser;Anna\nRate;4;Hz\n\nt;x\ns;mm\n"
 
 
 def table(path: Path, content: str | bytes) -> Table:
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    faults = Faults()
-    found = read_files([path], None, faults)
-    faults.check()
-    (only,) = found[path]
+    (only,) = tables(path)
     return only
+
+
+SAME_CLOCK = [f"{date} %H:%M:%S.%f" for date in ("%d/%m/%Y", "%Y/%m/%d", "%d-%b-%Y")]
 
 
 def commas(text: str) -> str:
@@ -46,12 +60,7 @@ def commas(text: str) -> str:
         ("\ufefft,x\r\n" + BODY.replace("\n", "\r\n"), ["t", "x"], {}, 2),
         ("# bench 3\n# 25.11.2026, noon\n\nt, x\n" + BODY, ["t", "x"], {}, 5),
         ("# t x\n" + BODY.replace(",", " "), ["t", "x"], {}, 2),
-        (
-            "Recorder;3.1\nUser;Anna\nRate;4;Hz\n\nt;x\ns;mm\n" + BODY.replace(",", ";"),
-            ["t", "x"],
-            {"t": "s", "x": "mm"},
-            7,
-        ),
+        (HEAD + BODY.replace(",", ";"), ["t", "x"], {"t": "s", "x": "mm"}, 7),
         ("t,x\n[s],[rad]\n" + BODY, ["t", "x"], {"t": "s", "x": "rad"}, 3),
         ("t [s],x (deg)\n" + BODY, ["t [s]", "x (deg)"], {"t [s]": "s", "x (deg)": "deg"}, 2),
         ('"t","x"\n' + "\n".join(f'"{t}","{x}"' for t, x in zip(T, X, strict=True)), ["t", "x"], {}, 2),
@@ -91,23 +100,13 @@ def test_dates_and_times_of_day_are_seconds(tmp_path: Path, cells: list[str], se
     assert found.units["time"] == "s"
 
 
-@pytest.mark.parametrize(
-    "pattern",
-    [
-        "%m/%d/%Y %I:%M:%S.%f %p",
-        "%d/%m/%Y %H:%M:%S.%f",
-        "%Y/%m/%d %H:%M:%S.%f",
-        "%d-%b-%Y %H:%M:%S.%f",
-        "days",
-    ],
-)
+@pytest.mark.parametrize("pattern", ["%m/%d/%Y %I:%M:%S.%f %p", *SAME_CLOCK, "days"])
 def test_dates_of_other_orders_and_durations_are_seconds(tmp_path: Path, pattern: str) -> None:
     """Over midnight, where day and month must not change places."""
-    clock = [pd.Timestamp("2026-03-04T23:59:53") + pd.Timedelta(t, "s") for t in T]
-    cells = [
-        str(pd.Timedelta(86_395.25 + t, "s")) if pattern == "days" else each.strftime(pattern)
-        for t, each in zip(T, clock, strict=True)
-    ]
+    if pattern == "days":
+        cells = [str(pd.Timedelta(86_395.25 + t, "s")) for t in T]
+    else:
+        cells = [(pd.Timestamp("2026-03-04T23:59:53") + pd.Timedelta(t, "s")).strftime(pattern) for t in T]
     rows = [f"{cell},{x}" for cell, x in zip(cells, X, strict=True)]
     found = table(tmp_path / "a.csv", "stamp,x\n" + "\n".join(rows))
     np.testing.assert_allclose(found.columns["stamp"], T, atol=1e-9)
@@ -123,10 +122,8 @@ def test_times_of_day_go_on_over_midnight(tmp_path: Path) -> None:
 
 
 def test_lists_in_cells_words_truths_and_empty_cells(tmp_path: Path) -> None:
-    rows = [
-        f'STATE,{t},"[{x}, {-x}]",{"true" if t < 1 else "false"},{"" if t < 1 else x}'
-        for t, x in zip(T, X, strict=True)
-    ]
+    ends = ["true," if t < 1 else f"false,{x}" for t, x in zip(T, X, strict=True)]
+    rows = [f'STATE,{t},"[{x}, {-x}]",{end}' for t, x, end in zip(T, X, ends, strict=True)]
     found = table(tmp_path / "a.csv", "type,stamp,q,on,load\n" + "\n".join(rows))
     assert list(found.columns) == ["stamp", "q[0]", "q[1]", "on", "load"] and not found.aliases
     np.testing.assert_allclose(found.columns["q[1]"], -X)
@@ -155,9 +152,7 @@ def test_a_word_in_a_column_of_numbers_is_an_empty_cell(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("t,x\n", "row 1: no row of numbers was found"),
-        ("\n\n", "row 1: no row of numbers was found"),
-        ("hello world\n" * 20, "row 1: no row of numbers was found"),
+        *((text, "row 1: no row of numbers was found") for text in ("t,x\n", "\n\n", "hello world\n" * 20)),
         ("t,x\n" + BODY + "1,2,3\n", "row 62: must have 2 columns, got 3"),
         (b"\x00\x01\x02" * 100, "is not of a format that is read"),
         (b"\xd0\xcf\x11\xe0" + bytes(99), "is an Excel file"),
@@ -165,6 +160,177 @@ def test_a_word_in_a_column_of_numbers_is_an_empty_cell(tmp_path: Path) -> None:
     ],
 )
 def test_text_that_is_no_table(tmp_path: Path, content: str | bytes, message: str) -> None:
-    with pytest.raises(BadInput) as caught:
-        table(tmp_path / "a.csv", content)
-    assert message in str(caught.value) and str(caught.value).startswith(f"{tmp_path}/a.csv: ")
+    told = refusals(lambda: table(tmp_path / "a.csv", content))[0]
+    assert message in told and told.startswith(f"{tmp_path}/a.csv: ")
+
+
+CLOCK = np.round(np.arange(80) * 0.01, 3)
+#: What every axis does: the order of the axes changes in the middle of a log.
+AXES = {"lift": np.sin(4.0 * CLOCK), "boom": 2.0 + CLOCK, "slew": -CLOCK}
+
+
+def order(k: int) -> list[str]:
+    return list(AXES) if k < 33 else ["slew", "lift", "boom"]
+
+
+def places(k: int) -> list[float]:
+    return [float(AXES[name][k]) for name in order(k)]
+
+
+def json_lines(path: Path) -> str:
+    rows = [{"t": t, "name": order(k), "position": places(k)} for k, t in enumerate(CLOCK.tolist())]
+    path.write_text("\n".join(map(json.dumps, rows)))
+    return "position[{}]"
+
+
+def things(path: Path) -> str:
+    axes = [[{"id": name, "q": q} for name, q in zip(order(k), places(k), strict=True)] for k in range(80)]
+    rows = [{"t": t, "axes": each} for t, each in zip(CLOCK.tolist(), axes, strict=True)]
+    path.write_text(json.dumps(rows))
+    return "axes[{}].q"
+
+
+def rostopic(path: Path) -> str:
+    head = ["%time", *(f"field.name{k}" for k in range(3)), *(f"field.position{k}" for k in range(3))]
+    rows = [[t, *order(k), *places(k)] for k, t in enumerate(CLOCK.tolist())]
+    path.write_text("\n".join(",".join(map(str, cells)) for cells in [head, *rows]))
+    return "field.position[{}]"
+
+
+def columns(path: Path) -> str:
+    """As pandas flattens lists, with a column for every name and number."""
+    log = {f"name_{j}": [order(k)[j] for k in range(80)] for j in range(3)}
+    position = {f"q_{j}": [places(k)[j] for k in range(80)] for j in range(3)}
+    pd.DataFrame({"t": CLOCK, **log, **position}).to_parquet(path)
+    return "q[{}]"
+
+
+def cells(path: Path) -> str:
+    names, position = ([str(of(k)) for k in range(80)] for of in (order, places))
+    pd.DataFrame({"t": CLOCK, "joints": names, "q": position}).to_csv(path, index=False)
+    return "q[{}]"
+
+
+def parquet(path: Path) -> str:
+    names, position = ([of(k) for k in range(80)] for of in (order, places))
+    pq.write_table(pa.table({"t": CLOCK, "joint_names": names, "q": position}), path)
+    return "q[{}]"
+
+
+def bag(path: Path, publishers: Sequence[str] = ("/driver",), together: bool = False) -> str:
+    """Axes from one publisher after the other, or, together, from all of them with an offset of one each."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds, none = store.types, np.empty(0)
+    with rosbag1.Writer(path) as written:
+        state = "sensor_msgs/msg/JointState"
+        add = partial(written.add_connection, "/axes", state, typestore=store)
+        topics = [add(callerid=name) for name in publishers]
+        for k, t in enumerate(CLOCK.tolist()):
+            stamp = round(t * 1e9) + 10**18
+            time = kinds["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
+            header = kinds["std_msgs/msg/Header"](seq=k, stamp=time, frame_id="")
+            for j, topic in enumerate(topics):
+                if together or k * len(topics) // len(CLOCK) == j:
+                    position = np.array(places(k)) + j * together
+                    message = kinds[state](header, order(k), position, none, none)
+                    written.write(topic, stamp + 1000 * j, store.serialize_ros1(message, topic.msgtype))
+    return "position[{}]"
+
+
+CHANGING = {"a.jsonl": json_lines, "a.json": things, "a.csv": rostopic, "b.csv": cells, "a.parquet": parquet}
+CHANGING |= {"a.bag": bag, "b.parquet": columns}
+
+
+@pytest.mark.parametrize("file", CHANGING)
+def test_elements_follow_their_names_when_the_order_changes(tmp_path: Path, file: str) -> None:
+    column = CHANGING[file](tmp_path / file)
+    (table,) = tables(tmp_path / file)
+    for name, expected in AXES.items():
+        np.testing.assert_allclose(table.columns[column.format(name)], expected, atol=1e-12)
+    # a place in a list is that of the first row: no column holds two axes
+    first = {table.aliases.get(key) for key in table.aliases}
+    assert first == {column.format(name) for name in AXES} and len(table) == 80
+
+
+def whole_file(path: Path) -> None:
+    """Names of all rows, written once."""
+    names, q = list(AXES), np.column_stack(list(AXES.values()))
+    if path.suffix == ".npz":
+        np.savez(path, t=CLOCK, axis_names=np.array(names), q=q)
+    elif path.suffix == ".mat":
+        savemat(path, {"t": CLOCK, "names": np.array(names, object), "q": q})
+    elif path.suffix == ".json":
+        path.write_text(json.dumps({"names": names, "t": CLOCK.tolist(), "q": q.tolist()}))
+    else:
+        with h5py.File(path, "w") as file:
+            file["t"], file["q"], file.attrs["joint_names"] = CLOCK, q, names
+
+
+@pytest.mark.parametrize("file", ["a.npz", "a.mat", "a.h5", "a.json"])
+def test_names_of_a_whole_file_are_further_names(tmp_path: Path, file: str) -> None:
+    whole_file(tmp_path / file)
+    (table,) = (table for table in tables(tmp_path / file) if len(table) == 80)
+    assert {f"q[{name}]": f"q[{k}]" for k, name in enumerate(AXES)} == table.aliases
+    np.testing.assert_allclose(table.columns["q[2]"], AXES["slew"])
+
+
+def test_names_of_every_row_of_arrays(tmp_path: Path) -> None:
+    names, position = (np.array([of(k) for k in range(80)]) for of in (order, places))
+    np.savez(tmp_path / "a.npz", t=CLOCK, names=names, q=position)
+    (table,) = tables(tmp_path / "a.npz")
+    np.testing.assert_allclose(table.columns["q[slew]"], AXES["slew"])
+
+
+def test_publishers_of_other_things_are_tables_of_their_own(tmp_path: Path) -> None:
+    rows = []
+    for k, t in enumerate(CLOCK.tolist()):
+        rows.append({"t": t, "name": ["tool"], "position": [5.0 + t], "effort": [1.0]})
+        rows.append({"t": t + 0.005, "name": order(k)[:2], "position": places(k)[:2], "effort": []})
+    (tmp_path / "a.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    tool, arm = tables(tmp_path / "a.jsonl")
+    assert set(tool.columns) == {"t", "position[tool]", "effort[tool]"}
+    assert tool.numbered(np.array([1, 2])).tolist() == [3, 5]
+    np.testing.assert_allclose(tool.columns["t"], CLOCK)
+    np.testing.assert_allclose(arm.columns["position[lift]"], AXES["lift"])
+    assert np.isnan(arm.columns["position[boom]"][33:]).all()  # an axis that a row does not name
+    assert not tool.aliases and not arm.aliases
+    signals = {"angle": "position[lift]", "voltage": "position[tool]"}
+    logs = read_logs(write(tmp_path, {}, files="a.jsonl", signals=signals), motor())
+    assert logs.notes[0] == "V of another clock was read at the instants of position[lift]"
+    np.testing.assert_allclose(logs.u[:, 0], 5.005 + CLOCK[:-1], atol=1e-12)
+
+
+def test_a_row_of_text_with_fewer_elements_does_not_slip_into_others(tmp_path: Path) -> None:
+    rostopic(tmp_path / "a.csv")
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    (tmp_path / "a.csv").write_text("\n".join([*lines[:40], "0.385,tool,7.5,9.5,1.5,3.5", *lines[40:]]))
+    found = tables(tmp_path / "a.csv")
+    table = next(each for each in found if "field.position[boom]" in each.columns)
+    np.testing.assert_allclose(table.columns["field.position[boom]"], AXES["boom"])
+
+
+def test_texts_that_are_no_names_change_no_order(tmp_path: Path) -> None:
+    modes = [["speed", "torque"], ["torque", "speed"]]
+    rows = [{"t": t, "mode": modes[k % 2], "q": [t, -t]} for k, t in enumerate(CLOCK.tolist())]
+    (tmp_path / "a.json").write_text(json.dumps(rows))
+    (table,) = tables(tmp_path / "a.json")
+    np.testing.assert_allclose(table.columns["q[1]"], -CLOCK)
+    assert not table.aliases
+
+
+def test_publishers_of_the_same_things_are_apart_unless_they_follow_each_other(tmp_path: Path) -> None:
+    bag(tmp_path / "a.bag", ("/driver", "/simulator"), together=True)
+    driver, simulator = tables(tmp_path / "a.bag")
+    assert (driver.name, simulator.name) == ("/axes@/driver", "/axes@/simulator")
+    np.testing.assert_allclose(driver.columns["position[boom]"], AXES["boom"])
+    np.testing.assert_allclose(simulator.columns["position[boom]"], AXES["boom"] + 1.0)
+    found = known.read_files([tmp_path / "a.bag"], ["/axes@/simulator.position[boom]"], Faults())
+    assert len(found[tmp_path / "a.bag"]) == 2
+    signals = {"angle": "/axes.position[lift]", "voltage": "/axes.position[boom]"}
+    write(tmp_path, {}, files="a.bag", time=None, signals=signals)
+    words = r"in several tables .* write '/axes@/driver\.position\[lift\]', '/axes@/sim"
+    with pytest.raises(BadInput, match=words):
+        read_logs(tmp_path, motor())
+    bag(tmp_path / "b.bag", ("/driver_1", "/driver_2"))
+    (restarted,) = tables(tmp_path / "b.bag")
+    np.testing.assert_allclose(restarted.columns["position[boom]"], AXES["boom"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -13,16 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.machines.folders import system_of
-from tests.measurements.systems import motor, omega, run, theta, write_folder
-from unmodelled.base.errors import BadInput
-from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
+from tests.machines.known import written_again
+from tests.measurements.systems import ANGLE, SPEED, assert_same, motor, refused, rows, run, write_folder
+from unmodelled import BadInput, Logs, read_logs
 from unmodelled.logs.preparation import prepare, several
 from unmodelled.systems.model import Output
-from unmodelled.systems.reader import read_system
-from unmodelled.systems.writer import write_system
 
-BOTH = [Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)]
+BOTH = [ANGLE, SPEED]
 
 
 @settings(max_examples=20, deadline=None)
@@ -59,11 +56,8 @@ def test_formats_and_columns(tmp_path: Path, suffix: str) -> None:
 
 def test_experiments_are_parts_of_one_log(tmp_path: Path) -> None:
     folder, log = write_folder(tmp_path, {"a": run()}), run()
-    ends = [("", "0.3"), ("0.3", "0.5"), ("0.5", "")]
-    table = pd.DataFrame(
-        [{"id": f"p{k}", "file": "a.csv", "m": 0.5, "t_from": a, "t_to": b} for k, (a, b) in enumerate(ends)]
-    )
-    table.to_csv(folder / "experiments.csv", index=False)
+    ends = ["p0,a.csv,0.5,,0.3", "p1,a.csv,0.5,0.3,0.5", "p2,a.csv,0.5,0.5,"]
+    (folder / "experiments.csv").write_text("\n".join(["id,file,m,t_from,t_to", *ends]))
     logs = read_logs(folder, motor(BOTH))
     assert np.diff(logs.offsets).tolist() == [150, 100, 150] and "t_from" not in logs.experiments
     np.testing.assert_array_equal(logs.y[:, 0], log["angle"])
@@ -80,23 +74,20 @@ def test_experiments_are_parts_of_one_log(tmp_path: Path) -> None:
     ],
 )
 def test_parts_that_cannot_be(tmp_path: Path, start: str, end: str, words: str) -> None:
-    folder = write_folder(tmp_path, {"a": run()})
-    table = pd.DataFrame([{"id": "p", "file": "a.csv", "m": 0.5, "t_from": start, "t_to": end}])
-    table.to_csv(folder / "experiments.csv", index=False)
-    with pytest.raises(BadInput) as caught:
-        read_logs(folder, motor(BOTH))
-    assert words in str(caught.value) and "\n" not in str(caught.value)
+    folder = write_folder(tmp_path, {"a": run()}, t_from=[start], t_to=[end])
+    told = refused(folder, motor(BOTH))
+    assert words in told and "\n" not in told
 
 
 def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
-    text = (
-        "schema: system/1\nname: oven\nstates:\n  T: {unit: K}\n  phi: {unit: rad}\n  n: {unit: rad/s}\n"
-        "inputs:\n  P: {unit: kW, column: power}\n"
-        "outputs:\n  T: {unit: degC}\n  phi: {unit: deg}\n  n: {unit: rpm}\n"
-        "parameters:\n  C: {value: 2000, unit: J/K}\n  E: {value: 1000, unit: J}\n"
-        "dynamics: {T: P/C, phi: n, n: -n*P/E}\n"
+    known = system_of(
+        "schema: system/1\nname: oven\nstates: {T: {unit: K}, phi: {unit: rad}, n: {unit: rad/s}}\n"
+        "inputs: {P: {unit: kW, column: power}}\n"
+        "outputs: {T: {unit: degC}, phi: {unit: deg}, n: {unit: rpm}}\n"
+        "parameters: {C: {value: 2000, unit: J/K}, E: {value: 1000, unit: J}}\n"
+        "dynamics: {T: P/C, phi: n, n: -n*P/E}\n",
+        tmp_path,
     )
-    known = system_of(text, tmp_path)
     assert [o.unit for o in known.outputs] == ["K", "rad", "rad/s"] and known.inputs[0].unit == "W"
     t, rng = 0.01 * np.arange(100), np.random.default_rng(0)
     seen = {"t": t, **{name: np.cumsum(rng.normal(size=100)) for name in ("power", "T", "phi", "n")}}
@@ -109,8 +100,7 @@ def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
     # what is written for a system file is read with it again
     logs.to_hdf5(tmp_path / "logs.h5", known)
     np.testing.assert_allclose(read_logs(tmp_path / "logs.h5", known).y, logs.y)
-    write_system(known, tmp_path / "again.yaml")
-    again = read_system(tmp_path / "again.yaml")
+    again = written_again(known, tmp_path)
     assert (again.inputs, again.outputs) == (known.inputs, known.outputs)
 
 
@@ -135,9 +125,7 @@ def test_the_store_comes_back_exactly(tmp_path: Path) -> None:
     logs.write(tmp_path / "store")
     again = read_logs(tmp_path / "store", motor())
     pd.testing.assert_frame_equal(again.experiments, logs.experiments)
-    for field in fields(Logs):
-        if field.name not in ("experiments", "source"):
-            np.testing.assert_equal(getattr(again, field.name), getattr(logs, field.name))
+    assert_same(again, logs)
     assert again.provenance == {"data": "virtual", "seed": 3}
 
 
@@ -184,17 +172,15 @@ def test_strong_jitter_is_told_as_a_reason(tmp_path: Path, jitter: float, rough:
 
 
 def test_lost_samples_are_filled_in(tmp_path: Path) -> None:
-    log = {name: np.delete(values, [100, 101, 250]) for name, values in run().items()}
+    log = rows(run(), np.delete(np.arange(400), [100, 101, 250]))
     logs = read_logs(write_folder(tmp_path, {"a": log}), motor())
     assert logs.period == 0.002
     np.testing.assert_allclose(logs.y[:, 0], run()["angle"], atol=1e-9)
 
 
 def test_clocks_that_differ_by_less_than_a_percent_meet(tmp_path: Path) -> None:
-    folder = write_folder(
-        tmp_path, {"a": run(period=0.002), "b": run(period=0.002), "c": run(period=0.00201)}
-    )
-    logs = read_logs(folder, motor())
+    runs = {name: run(period=period) for name, period in zip("abc", (0.002, 0.002, 0.00201), strict=True)}
+    logs = read_logs(write_folder(tmp_path, runs), motor())
     assert logs.period == 0.002
     t = logs.t[logs.rows(2)]
     assert len(t) == 401
@@ -214,18 +200,10 @@ def test_wrapped_angles_are_unwrapped(tmp_path: Path) -> None:
 
 def test_only_angles_that_jump_by_a_turn_are_unwrapped(tmp_path: Path) -> None:
     step = np.where(run()["t"] < 0.4, 0.0, 4.5) + 0.1 * np.sin(run()["t"])
-    metres = [Output("theta", "m", "angle", theta)]
     turning = np.mod(20.0 * run()["t"], 2.0 * np.pi)
-    assert (
-        "theta was unwrapped"
-        not in read_logs(write_folder(tmp_path / "step", {"a": {**run(), "angle": step}}), motor()).notes
-    )
-    assert (
-        "theta was unwrapped"
-        not in read_logs(
-            write_folder(tmp_path / "metres", {"a": {**run(), "angle": turning}}), motor(metres)
-        ).notes
-    )
+    for angle, shown in ((step, ANGLE), (turning, replace(ANGLE, unit="m"))):
+        logs = read_logs(write_folder(tmp_path, {"a": {**run(), "angle": angle}}), motor([shown]))
+        assert "theta was unwrapped" not in logs.notes
 
 
 def test_a_dead_input_is_fine(tmp_path: Path) -> None:
@@ -256,20 +234,16 @@ def test_gaps_cut_a_log_into_experiments(tmp_path: Path) -> None:
     whole, standing = run(600), run(600)
     kept = np.r_[0:200, 300:340, 400:600]
     standing["angle"][400:] = 1.0
-    logs_of = {
-        name: {column: v[kept] for column, v in log.items()} for name, log in (("a", whole), ("b", standing))
-    }
-    logs = read_logs(write_folder(tmp_path, logs_of, group=["g", "h"]), motor())
+    cut = {name: rows(log, kept) for name, log in (("a", whole), ("b", standing))}
+    logs = read_logs(write_folder(tmp_path, cut, group=["g", "h"]), motor())
     assert logs.ids == ("a.part1", "a.part2", "b.part1") and np.diff(logs.offsets).tolist() == [200, 200, 200]
     assert logs.experiments["group"].tolist() == ["g", "g", "h"]
     np.testing.assert_array_equal(logs.y[logs.rows(1), 0], whole["angle"][400:])
     (first, second) = [note for note in logs.notes if "was cut at gaps" in note]
     assert "its parts are a.part1 to a.part2; 40 of its 440 samples" in first
     assert "its parts are b.part1; 240 of its 440 samples" in second
-    logs = read_logs(
-        write_folder(tmp_path / "all", {"a": {k: v[np.r_[0:200, 300:600]] for k, v in whole.items()}}),
-        motor(),
-    )
+    cut = {"a": rows(whole, np.r_[0:200, 300:600])}
+    logs = read_logs(write_folder(tmp_path / "all", cut), motor())
     assert [note for note in logs.notes if "was cut" in note] == [
         "a was cut at gaps of more than 5 sampling periods: its parts are a.part1 to a.part2"
     ]

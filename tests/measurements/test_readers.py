@@ -12,45 +12,29 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-import yaml
 from asammdf import MDF, Signal
+from mcap.writer import Writer
 
 from tests.measurements import recorders
-from tests.measurements.recorders import ANGLE, RECORDERS, VOLTAGE, T
-from tests.measurements.systems import motor
+from tests.measurements.recorders import ANGLE, RECORDERS, VOLTAGE, T, tables
+from tests.measurements.systems import motor, write
+from unmodelled import BadInput, read_logs
 from unmodelled.base import additions
-from unmodelled.base.errors import BadInput, Faults
-from unmodelled.logs.folder import read_logs
 from unmodelled.logs.readers import known
 from unmodelled.logs.readers.reader import START, Table
 
 FORMATS = pytest.mark.parametrize("name", RECORDERS)
 
 
-def tables(path: Path) -> list[Table]:
-    faults = Faults()
-    found = known.read_files([path], None, faults)
-    faults.check()
-    return found[path]
-
-
-def write(folder: Path, name: str) -> Path:
+def recorded(folder: Path, name: str) -> Path:
     folder.mkdir(exist_ok=True)
     return RECORDERS[name].write(folder / RECORDERS[name].file)
 
 
-def with_mapping(folder: Path, name: str) -> Path:
-    path = write(folder, name)
+def with_mapping(folder: Path, name: str, time: str | None = None) -> Path:
     recorder = RECORDERS[name]
-    mapping = {
-        "schema": "mapping/1",
-        "files": path.name,
-        "signals": {"angle": recorder.angle, "voltage": recorder.voltage},
-        "constants": {"m": 0.5},
-    }
-    mapping |= {"time": recorder.time} if recorder.time else {}
-    (folder / "mapping.yaml").write_text(yaml.safe_dump(mapping))
-    return folder
+    signals = {"angle": recorder.angle, "voltage": recorder.voltage}
+    return write(folder, {}, files=recorded(folder, name).name, signals=signals, time=time or recorder.time)
 
 
 @FORMATS
@@ -65,7 +49,7 @@ def test_every_format_gives_the_same_logs(tmp_path: Path, name: str) -> None:
 
 @FORMATS
 def test_tables_keep_the_contract(tmp_path: Path, name: str) -> None:
-    found = tables(write(tmp_path, name))
+    found = tables(recorded(tmp_path, name))
     assert found
     for table in found:
         assert len(table) > 0
@@ -83,7 +67,7 @@ def test_tables_keep_the_contract(tmp_path: Path, name: str) -> None:
 
 @FORMATS
 def test_exactly_one_reader_recognises_a_file(tmp_path: Path, name: str) -> None:
-    path = write(tmp_path, name)
+    path = recorded(tmp_path, name)
     start = b"" if path.is_dir() else path.read_bytes()[:START]
     found = [reader.name for reader in known.READERS if reader.recognises(path, start)]
     assert found[:1] and set(found[1:]) <= {"CSV"}
@@ -92,7 +76,7 @@ def test_exactly_one_reader_recognises_a_file(tmp_path: Path, name: str) -> None
 @FORMATS
 def test_damaged_files_are_one_line(tmp_path: Path, name: str) -> None:
     """Cut off at the head, in the middle and at the end, and with noise over the middle."""
-    path = write(tmp_path, name)
+    path = recorded(tmp_path, name)
     if path.is_dir():
         path = next(path.glob("*.db3"))
     whole, generator = path.read_bytes(), np.random.default_rng(1)
@@ -120,13 +104,12 @@ def test_damaged_files_are_one_line(tmp_path: Path, name: str) -> None:
 def test_a_library_that_is_missing_is_named_with_the_command(
     tmp_path: Path, name: str, module: str, install: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = write(tmp_path, name)
+    path = recorded(tmp_path, name)
     reader = known.reader_of(path)
     assert reader is not None and reader.install == install
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(BadInput) as caught:
+    with pytest.raises(BadInput, match=f"is not installed: pip install {install}$"):
         known._read(reader, path, None)
-    assert str(caught.value).endswith(f"is not installed: pip install {install}")
 
 
 class Weighed:
@@ -166,10 +149,8 @@ WEIGHED = Weighed()
 
 
 def test_stamps_in_messages_are_a_clock_too(tmp_path: Path) -> None:
-    with_mapping(tmp_path, "mcap")
-    text = (tmp_path / "mapping.yaml").read_text() + "time: header.stamp\n"
-    (tmp_path / "mapping.yaml").write_text(text)
-    assert read_logs(tmp_path, motor()).period == pytest.approx(0.002, rel=1e-5)
+    logs = read_logs(with_mapping(tmp_path, "mcap", "header.stamp"), motor())
+    assert logs.period == pytest.approx(0.002, rel=1e-5)
 
 
 def test_a_lerobot_data_set_names_its_joints(tmp_path: Path) -> None:
@@ -184,15 +165,8 @@ def test_a_lerobot_data_set_names_its_joints(tmp_path: Path) -> None:
     (tmp_path / "meta").mkdir()
     info = {"fps": 500, "features": {"observation.state": {"names": names}, "action": {"names": None}}}
     (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
-    mapping = {
-        "schema": "mapping/1",
-        "files": "data/chunk-*/*.parquet",
-        "time": "timestamp",
-        "split_by": "episode_index",
-        "signals": {"angle": "observation.state[knee]", "voltage": "action[1]"},
-        "constants": {"m": 0.5},
-    }
-    (tmp_path / "mapping.yaml").write_text(yaml.safe_dump(mapping))
+    place = {"files": "data/chunk-*/*.parquet", "time": "timestamp", "split_by": "episode_index"}
+    write(tmp_path, {}, signals={"angle": "observation.state[knee]", "voltage": "action[1]"}, **place)
     logs = read_logs(tmp_path, motor())
     assert logs.ids == ("episode_000000-0", "episode_000001-1")
     np.testing.assert_allclose(logs.y[:80, 0], ANGLE, atol=1e-4)
@@ -206,9 +180,8 @@ def test_a_formula_in_a_file_is_not_executed(tmp_path: Path) -> None:
         file.save(tmp_path / "a.mf4", overwrite=True)
     (table,) = tables(tmp_path / "a.mf4")
     assert list(table.columns) == ["angle"]
-    with pytest.raises(
-        BadInput, match=r"channel 'voltage' is converted by a formula .* not executed: export"
-    ):
+    words = r"channel 'voltage' is converted by a formula .* not executed: export"
+    with pytest.raises(BadInput, match=words):
         read_logs(tmp_path, motor())
 
 
@@ -219,8 +192,6 @@ def test_pickled_objects_are_not_read(tmp_path: Path) -> None:
 
 
 def test_messages_that_cannot_be_decoded_are_named(tmp_path: Path) -> None:
-    from mcap.writer import Writer
-
     with (tmp_path / "a.mcap").open("wb") as file:
         writer = Writer(file)
         writer.start()
@@ -232,16 +203,8 @@ def test_messages_that_cannot_be_decoded_are_named(tmp_path: Path) -> None:
 
 
 def test_files_of_several_formats_are_one_campaign(tmp_path: Path) -> None:
-    for k, name in enumerate(("parquet", "json")):
-        write(tmp_path / f"{k}", name)
-    mapping = {
-        "schema": "mapping/1",
-        "files": ["0/a.parquet", "1/a.json"],
-        "time": "t",
-        "signals": {"angle": "position[1]", "voltage": "voltage"},
-        "constants": {"m": 0.5},
-    }
-    (tmp_path / "mapping.yaml").write_text(yaml.safe_dump(mapping))
+    files = [f"{name}/{recorded(tmp_path / name, name).name}" for name in ("parquet", "json")]
+    write(tmp_path, {}, files=files, signals={"angle": "position[1]", "voltage": "voltage"})
     assert len(read_logs(tmp_path, motor())) == 2
 
 

@@ -1,4 +1,4 @@
-"""States along experiments: read, differentiated, integrated."""
+"""States along experiments: read, also behind a filter, differentiated, integrated."""
 
 from __future__ import annotations
 
@@ -8,16 +8,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from tests.measurements.systems import J, L, R, i, k, m, motor, omega, run, theta, write_folder
-from unmodelled.base.errors import BadInput
-from unmodelled.logs.folder import read_logs
+from tests.diagnosis.benches import pendulum
+from tests.diagnosis.studies import effect
+from tests.machines.folders import logs_of
+from tests.measurements.systems import ANGLE, SPEED, J, L, R, i, k, m, motor, omega, run, theta, write_folder
+from unmodelled import BadInput, Logs, System, read_logs
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.added import with_numbers
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.readings import readings
 from unmodelled.systems.functions import sgn
-from unmodelled.systems.model import Output, State, System, symbol
+from unmodelled.systems.model import Output, State, symbol
 
-ANGLE = Output("theta", "rad", "angle", theta)
-SPEED = Output("omega", "rad/s", "speed", omega)
+
+def grown(system: System, *more: tuple[State, sp.Expr]) -> System:
+    """The system with further states and their rates."""
+    states, rates = zip(*more, strict=True)
+    return replace(system, states=(*system.states, *states), dynamics=(*system.dynamics, *rates))
 
 
 def test_outputs_are_read_and_velocities_differentiated(tmp_path: Path) -> None:
@@ -26,9 +38,8 @@ def test_outputs_are_read_and_velocities_differentiated(tmp_path: Path) -> None:
     np.testing.assert_array_equal(logs.x[:, 0], logs.y[:, 0])
     for row, n in enumerate((400, 300)):
         np.testing.assert_allclose(logs.x[logs.rows(row), 1], run(n)["speed"], atol=1e-3)
-    assert any(
-        n.startswith("omega was estimated from theta by smoothing differentiation over") for n in logs.notes
-    )
+    note = "omega was estimated from theta by smoothing differentiation over"
+    assert any(n.startswith(note) for n in logs.notes)
 
 
 def test_a_measured_velocity_is_not_differentiated(tmp_path: Path) -> None:
@@ -78,9 +89,7 @@ def test_a_state_is_read_beside_one_that_inputs_alone_drive(tmp_path: Path) -> N
     z = symbol("z")
     beside = motor([ANGLE, Output("U", "V", "U", 2 * i - 3 * z)])
     (voltage,) = beside.u
-    system = replace(
-        beside, states=(*beside.states, State("z", "A")), dynamics=(*beside.dynamics, (voltage - z) / 0.1)
-    )
+    system = grown(beside, (State("z", "A"), (voltage - z) / 0.1))
     log = run()
     log["voltage"] = np.full_like(log["t"], 6.0)
     log["U"] = 2 * np.cos(log["t"]) - 3 * 6.0 * (1 - np.exp(-log["t"] / 0.1))
@@ -94,11 +103,7 @@ def test_a_position_and_its_speed_are_read_from_a_difference(tmp_path: Path, out
     """A sensor between two bodies, beside sensors of one of them: a deflection of a spring."""
     x, v = symbol("x"), symbol("v")
     alone = motor([*outputs, Output("d", "rad", "d", x - theta)])
-    system = replace(
-        alone,
-        states=(*alone.states, State("x", "rad"), State("v", "rad/s")),
-        dynamics=(*alone.dynamics, v, -x),
-    )
+    system = grown(alone, (State("x", "rad"), v), (State("v", "rad/s"), -x))
     log = run()
     log["d"] = np.cos(2 * log["t"]) - log["angle"]
     logs = read_logs(write_folder(tmp_path, {"a": log}), system)
@@ -151,9 +156,8 @@ def test_a_hidden_state_is_integrated(tmp_path: Path, inductance: float) -> None
     np.testing.assert_allclose(logs.x[:200, 2], current(run(200), inductance), atol=2e-4)
     np.testing.assert_allclose(logs.x[200:, 2], logs.x[:100, 2], atol=1e-12)
     assert logs.x[0, 2] == 0.5
-    assert any(
-        n.startswith("i: no output shows it, integrated from the start of each record") for n in logs.notes
-    )
+    note = "i: no output shows it, integrated from the start of each record"
+    assert any(n.startswith(note) for n in logs.notes)
 
 
 def started(initial: sp.Expr, other: sp.Expr = sp.S.Zero) -> System:
@@ -161,7 +165,7 @@ def started(initial: sp.Expr, other: sp.Expr = sp.S.Zero) -> System:
     system = motor([ANGLE, SPEED])
     current = replace(system.states[2], initial=initial)
     heat = State("H", "A", other)
-    return replace(system, states=(*system.states[:2], current, heat), dynamics=(*system.dynamics, sp.S.Zero))
+    return grown(replace(system, states=(*system.states[:2], current)), (heat, sp.S.Zero))
 
 
 def test_a_hidden_state_starts_where_its_expression_says(tmp_path: Path) -> None:
@@ -204,7 +208,53 @@ def unstable() -> System:
 
 def test_a_hidden_state_that_diverges_is_refused(tmp_path: Path) -> None:
     folder = write_folder(tmp_path, {"a": run()})
-    with pytest.raises(
-        BadInput, match=r"system motor: dynamics.i diverges in experiment a at t = .* value 0.5"
-    ):
+    words = r"system motor: dynamics.i diverges in experiment a at t = .* value 0.5"
+    with pytest.raises(BadInput, match=words):
         read_logs(folder, unstable())
+
+
+PERIOD, TIME, RATE = 0.002, 0.02, 6.0
+
+
+@pytest.fixture
+def filtered(tmp_path: Path) -> tuple[System, Logs]:
+    """A pendulum whose angle, sin(RATE*t), passes a filter of the time constant TIME, and its logs."""
+    t = PERIOD * np.arange(1000)
+    shown = np.sin(RATE * t - np.arctan(RATE * TIME)) / np.hypot(1.0, RATE * TIME)
+    known = pendulum(tmp_path)
+    logs = logs_of(known, tmp_path / "logs", [{"t": t, "theta": shown, "torque": 0.0 * t}] * 2)
+    sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    added = effect("sensor_lag").add(known, Place("sensor", "theta"), sizes)
+    return with_numbers(added.system, [added], {"c_y": 1.0, "T_y": TIME}), logs
+
+
+def test_a_filtered_angle_and_its_speed_are_read(filtered: tuple[System, Logs], tmp_path: Path) -> None:
+    grown, _ = filtered
+    logs = read_logs(tmp_path / "logs", grown)
+    inner = slice(50, 950)
+    assert_allclose(logs.x[inner, 0], np.sin(RATE * logs.t[inner]), atol=1e-4)
+    assert_allclose(logs.x[inner, 1], RATE * np.cos(RATE * logs.t[inner]), atol=1e-2)
+    assert_allclose(logs.x[inner, 2], logs.y[inner, 0], atol=1e-3)
+
+
+def test_windows_start_at_the_angle_before_the_filter(filtered: tuple[System, Logs]) -> None:
+    grown, logs = filtered
+    simulation = Simulation(grown, Recording.of(logs, 0.1))
+    values = simulation.values[None, None]
+    tables = simulation.reader(np.repeat(values, 2, axis=0), simulation.recording)
+    assert_allclose(tables.x[0, 100:900, 0], np.sin(RATE * logs.t[100:900]), atol=1e-4)
+    assert_allclose(tables.x[0, 100:900, 1], RATE * np.cos(RATE * logs.t[100:900]), atol=0.02 * RATE)
+
+
+def test_without_the_filter_the_output_is_read_as_it_is(filtered: tuple[System, Logs]) -> None:
+    grown, logs = filtered
+    simulation = Simulation(grown.with_values({"c_y": 0.0}), Recording.of(logs, 0.1))
+    tables = simulation.reader(np.repeat(simulation.values[None, None], 2, axis=0), simulation.recording)
+    assert_allclose(tables.x[0, :, 0], logs.y[:, 0])
+
+
+def test_a_state_that_follows_another_one_is_read_from_its_own_output(filtered: tuple[System, Logs]) -> None:
+    grown, _ = filtered
+    (output,) = grown.outputs
+    own = replace(grown, outputs=(replace(output, expression=grown.x[2]),))
+    assert [(r.state, r.lag) for r in readings(own)] == [(2, 0)]

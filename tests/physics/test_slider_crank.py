@@ -3,37 +3,91 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from tests.physics.newton_euler import newton_euler
+from tests.machines.known import built_in, values_of
+from tests.physics.kernel.problems import bare, one_run
 from unmodelled.engine.free_run import Integration
-from unmodelled.learning.nnap import Nnap
-from unmodelled.learning.rollout import Measured, simulate
-from unmodelled.learning.structures import physics_only
-from unmodelled.systems.model import System, symbol
-from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.reader import read_system
+from unmodelled.learning.rollout import simulate
+from unmodelled.systems.model import symbol
 
-Array = NDArray[np.float64]
-FILE = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"
+SYSTEM = built_in("slider_crank")
 theta, omega, T, F = (symbol(name) for name in ("theta", "omega", "T", "F"))
 m1, m2, m3, l1, l2, J1, B_m, g = (symbol(n) for n in ("m1", "m2", "m3", "l1", "l2", "J1", "B_m", "g"))
 
+_alpha = symbol("alpha")
+_forces = tuple(symbol(name) for name in ("F_ax", "F_ay", "F_bx", "F_by", "F_cx", "F_cy", "F_N"))
+# projections of crank and rod, and second time derivatives
+_l1x, _l1y, _r2x, _r2y = (symbol(name) for name in ("l_1x", "l_1y", "r_2x", "r_2y"))
+_x1, _y1, _x2, _y2, _phi, _v = (symbol(name) for name in ("ddx1", "ddy1", "ddx2", "ddy2", "ddphi", "dv"))
+
+
+def newton_euler() -> sp.Expr:
+    """Return the acceleration of the crank, rad/s^2, in the symbols of `systems/slider_crank.yaml`.
+
+    The file states it in the compact form of Lagrange's equation: an inertia J(theta) with its derivative,
+    and no force in any joint. Here it comes from the eight balances of eq. 4.11 for the mechanism
+    of Fig. 4.2, solved for the acceleration and the seven joint forces at once.
+
+    Signs: theta counts counter-clockwise from the slider's line, x along that line away from the shaft, y
+    upwards. The rod's angle phi, sin(phi) = l1/l2 sin(theta), counts clockwise, and r_x = r cos(phi), r_y = r
+    sin(phi) project the rod's half length. F_b acts on the crank, F_c on the rod, F on the slider towards the
+    shaft. With these signs every row of eq. 4.11 holds as printed. What does not is J_2 = l2 m2^2 / 3, which
+    is no inertia: a slender rod has m2 l2^2 / 12 about its centre of mass.
+    """
+    kinematics = _kinematics()
+    equations = [row.xreplace(kinematics) for row in _balances()]
+    matrix, right = sp.linear_eq_to_matrix(equations, _alpha, *_forces)
+    # as symbols, the entries cancel into one quotient that is finite wherever the determinant is not zero
+    entries = {entry: sp.Dummy() for entry in (*matrix, *right) if not entry.is_number}
+    unknowns = sp.Matrix([_alpha, *_forces])
+    rows = matrix.xreplace(entries) * unknowns - right.xreplace(entries)
+    solution = sp.solve(list(rows), list(unknowns), dict=True)[0]
+    return solution[_alpha].xreplace({name: entry for entry, name in entries.items()})
+
+
+def _balances() -> list[sp.Expr]:
+    """Left minus right side of every row of eq. 4.11, in its order."""
+    F_ax, F_ay, F_bx, F_by, F_cx, F_cy, F_N = _forces
+    J2 = m2 * l2**2 / 12
+    return [
+        m1 * _x1 - (F_ax + F_bx),
+        m1 * _y1 - (-m1 * g + F_ay + F_by),
+        J1 * _alpha - (T - B_m * omega - _l1x / 2 * m1 * g + _l1x * F_by - _l1y * F_bx),
+        m2 * _x2 - (-F_bx + F_cx),
+        m2 * _y2 - (-F_by + F_cy - m2 * g),
+        J2 * _phi - (-_r2x * F_by - _r2y * F_bx - _r2x * F_cy - _r2y * F_cx),
+        -F_cy - m3 * g + F_N,
+        m3 * _v - (-F_cx - F),
+    ]
+
+
+def _kinematics() -> dict[sp.Expr, sp.Expr]:
+    """Projections, and second time derivatives of centres of mass and of the rod's angle."""
+    phi = sp.asin(l1 / l2 * sp.sin(theta))
+    crank, rod = (l1 * sp.cos(theta), l1 * sp.sin(theta)), (l2 * sp.cos(phi), l2 * sp.sin(phi))
+    coordinates = {
+        _x1: crank[0] / 2,
+        _y1: crank[1] / 2,
+        _x2: crank[0] + rod[0] / 2,
+        _y2: crank[1] - rod[1] / 2,
+        _phi: phi,
+        _v: crank[0] + rod[0],
+    }
+    found = {_l1x: crank[0], _l1y: crank[1], _r2x: rod[0] / 2, _r2y: rod[1] / 2}
+    for name, q in coordinates.items():
+        found[name] = sp.diff(q, theta) * _alpha + sp.diff(q, theta, 2) * omega**2
+    return found
+
+
 #: Where the slider is, from the shaft.
 SLIDER = l1 * sp.cos(theta) + sp.sqrt(l2**2 - l1**2 * sp.sin(theta) ** 2)
-
-
-@cache
-def system() -> System:
-    return read_system(FILE)
 
 
 def energies() -> tuple[sp.Expr, sp.Expr]:
@@ -59,9 +113,9 @@ def lagrange() -> sp.Expr:
 @cache
 def accelerations():  # type: ignore[no-untyped-def]
     """f(state, input, effort, parameters) -> Newton-Euler, Lagrange, file, at 30 digits."""
-    s = system()
-    expressions = [newton_euler(), lagrange(), s.dynamics[1]]
-    return sp.lambdify([*s.x, *s.u, *s.e, *s.p], expressions, modules="mpmath", cse=True)
+    expressions = [newton_euler(), lagrange(), SYSTEM.dynamics[1]]
+    symbols = [*SYSTEM.x, *SYSTEM.u, *SYSTEM.e, *SYSTEM.p]
+    return sp.lambdify(symbols, expressions, modules="mpmath", cse=True)
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)
@@ -75,9 +129,7 @@ def accelerations():  # type: ignore[no-untyped-def]
 def test_three_derivations_agree(
     angle: float, speed: float, torque: float, force: float, share: list[float]
 ) -> None:
-    import mpmath
-
-    values = [v * s for v, s in zip(system().values, share, strict=True)]
+    values = [v * s for v, s in zip(SYSTEM.values, share, strict=True)]
     with mpmath.workdps(30):
         one, two, three = accelerations()(*map(mpmath.mpf, (angle, speed, torque, force, *values)))
         scale = 1 + abs(three)
@@ -87,71 +139,40 @@ def test_three_derivations_agree(
 
 def test_terms_are_all_there() -> None:
     """No term cancels by chance: every symbol of the file is in the derived expression, and no other."""
-    s = system()
-    assert newton_euler().free_symbols == {*s.x, *s.u, *s.e, *s.p}
+    assert newton_euler().free_symbols == {*SYSTEM.x, *SYSTEM.u, *SYSTEM.e, *SYSTEM.p}
 
 
 def test_power_that_flows_out_at_the_port_is_force_times_speed() -> None:
-    s = system()
+    s = SYSTEM
     energy = sum(energies())
     rate = sp.diff(energy, theta) * omega + sp.diff(energy, omega) * s.dynamics[1]
     brought = T * omega - B_m * omega**2 - F * s.signals["v"]
-    function = numpy_system_function(s, [rate, brought, F * s.signals["v"]])
     draw = np.random.default_rng(0).normal
     x = np.stack([draw(size=500) * 3, draw(size=500) * 50], -1)
     u, e = draw(size=(500, 1)) * 5, draw(size=(500, 1)) * 100
-    found = function(0.0, x, u, e, np.array(s.values), np.empty(0))
+    found = values_of(s, [rate, brought, F * s.signals["v"]], x, u, e=e)
     assert np.abs(found[:, 2]).max() > 100.0
     np.testing.assert_allclose(found[:, 0], found[:, 1], rtol=0, atol=1e-11 * np.abs(found).max())
 
 
 def test_position_of_the_port_is_the_slider_and_starts_closest_to_the_shaft() -> None:
-    s = system()
-    function = numpy_system_function(
-        s, [s.signals["d"], SLIDER, s.signals["v"], sp.diff(SLIDER, theta) * omega]
-    )
+    known = SYSTEM.signals
+    shown = [known["d"], SLIDER, known["v"], sp.diff(SLIDER, theta) * omega]
     x = np.stack([np.linspace(-7, 7, 401), np.full(401, 3.0)], -1)
-    d, slider, v, speed = function(0.0, x, np.zeros(1), np.zeros(1), np.array(s.values), np.empty(0)).T
+    d, slider, v, speed = values_of(SYSTEM, shown, x, [0.0]).T
     np.testing.assert_allclose(d, slider - 0.24, atol=1e-15)
     np.testing.assert_allclose(v, speed, atol=1e-15)
     assert d.min() == pytest.approx(0.0, abs=1e-4)
 
 
-def free_run(s: System, x0: Array, steps: int, period: float) -> Array:
-    """(windows, steps + 1, 2) without torque and load, by the compiled kernel."""
-    structure = physics_only()(s, ()).structure
-    p = torch.tensor([s.values])
-    nothing = torch.empty(1, 0)
-    model = Nnap(structure, p, torch.empty(0), nothing, nothing, nothing)
-    data = Measured(
-        np.zeros((steps + 1, 2)),
-        np.zeros((steps + 1, 1)),
-        np.arange(steps + 1) * period,
-        np.empty((1, 0)),
-        np.zeros(steps + 1, np.int64),
-        np.array([0, steps + 1]),
-    )
-    starts = np.zeros(len(x0), np.int64)
-    return simulate(model, 0, data, x0, starts, steps, Integration(period, "rk4"))[0]
-
-
-def starting_states(n: int) -> Array:
-    generator = np.random.default_rng(1)
-    return np.stack([generator.uniform(-np.pi, np.pi, n), generator.normal(0.0, 20.0, n)], -1)
-
-
 def test_energy_is_kept_without_dissipation() -> None:
-    s = system().with_values({"B_m": 0.0})
-    X = free_run(s, starting_states(20), 2000, 5e-4)
-    total = numpy_system_function(s, [sum(energies())])
-    energy = total(0.0, X, np.zeros(1), np.zeros(1), np.array(s.values), np.empty(0))[..., 0]
+    """In free runs without torque and load, by the compiled kernel."""
+    s = SYSTEM.with_values({"B_m": 0.0})
+    generator = np.random.default_rng(1)
+    x0 = np.stack([generator.uniform(-np.pi, np.pi, 20), generator.normal(0.0, 20.0, 20)], -1)
+    data, starts = one_run(np.zeros((2001, 1)), 5e-4), np.zeros(20, np.int64)
+    X = simulate(bare(s), 0, data, x0, starts, 2000, Integration(5e-4, "rk4"))[0]
+    energy = values_of(s, [sum(energies())], X, [0.0])[..., 0]
     assert np.ptp(X[..., 0], axis=1).min() > 0.5
     scale = np.abs(energy).max(axis=1)
     assert (np.ptp(energy, axis=1) / scale).max() < 1e-6
-
-
-def test_a_batch_equals_its_loop() -> None:
-    x0 = starting_states(19)
-    together = free_run(system(), x0, 50, 5e-4)
-    alone = [free_run(system(), x[None], 50, 5e-4)[0] for x in x0]
-    np.testing.assert_array_equal(together, np.stack(alone))

@@ -1,6 +1,9 @@
-"""Maximum likelihood in a box, on likelihoods whose maximum is known."""
+"""Maximum likelihood in a box, on likelihoods whose maximum is known; of one and of many data sets."""
 
 from __future__ import annotations
+
+import time
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -11,21 +14,31 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.ascent import Objective, climb
 from unmodelled.uncertainty.box import Box
-from unmodelled.uncertainty.identify import Settings, identify
+from unmodelled.uncertainty.identify import Identification, Settings, identify
+from unmodelled.uncertainty.profile import profile
+from unmodelled.uncertainty.replicate import coverage, replicate, summarise_estimates
 
 Array = NDArray[np.float64]
 SAMPLE = np.random.default_rng(4).normal(0.9, 0.05, 60)
-GAUSSIAN_BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
+BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
 
 #: Means, then standard deviations, of two normal parameters.
 TRUTH = np.array([0.91, 0.55, 0.081, 0.046])
 RESPONSE_BOX = np.array([[0.7, 1.3], [0.4, 1.15], [0.005, 0.3], [0.005, 0.3]])
 
 
-def gaussian(alphas: Array) -> Array:
-    """Log-likelihood of the sample under a mean and a standard deviation."""
-    mu, sigma = alphas[:, :1], alphas[:, 1:]
-    return np.sum(-0.5 * ((SAMPLE - mu) / sigma) ** 2 - np.log(sigma) - 0.5 * np.log(2 * np.pi), axis=1)
+@dataclass(frozen=True)
+class Likelihood:
+    """Log-likelihood of a sample under a mean and a standard deviation."""
+
+    y: Array
+
+    def __call__(self, alphas: Array) -> Array:
+        mu, sigma = alphas[:, :1], alphas[:, 1:]
+        return np.sum(-0.5 * ((self.y - mu) / sigma) ** 2 - np.log(sigma) - 0.5 * np.log(2 * np.pi), axis=1)
+
+
+gaussian = Likelihood(SAMPLE)
 
 
 def linear_response(seed: int, count: int = 108) -> Objective:
@@ -37,9 +50,8 @@ def linear_response(seed: int, count: int = 108) -> Objective:
     def objective(alphas: Array) -> Array:
         mu1, mu2, sigma1, sigma2 = (column[:, None] for column in alphas.T)
         variance = (sigma1 * a) ** 2 + (sigma2 * b) ** 2
-        return np.sum(
-            -0.5 * (y - mu1 * a - mu2 * b) ** 2 / variance - 0.5 * np.log(2 * np.pi * variance), axis=1
-        )
+        away = y - mu1 * a - mu2 * b
+        return np.sum(-0.5 * away**2 / variance - 0.5 * np.log(2 * np.pi * variance), axis=1)
 
     return objective
 
@@ -51,7 +63,7 @@ def two_hills(alphas: Array) -> Array:
 
 
 def test_mean_and_standard_deviation_of_a_sample() -> None:
-    found = identify(gaussian, GAUSSIAN_BOX)
+    found = identify(gaussian, BOX)
     expected = np.array([SAMPLE.mean(), SAMPLE.std()])
     np.testing.assert_allclose(found.alpha, expected, rtol=5e-4)
     assert found.log_likelihood == pytest.approx(gaussian(expected[None])[0], abs=1e-4)
@@ -84,7 +96,7 @@ def test_noise_and_a_floor_do_no_harm() -> None:
 
 
 def test_seed_decides_the_result() -> None:
-    first, again, other = (identify(gaussian, GAUSSIAN_BOX, seed=s) for s in (1, 1, 2))
+    first, again, other = (identify(gaussian, BOX, seed=s) for s in (1, 1, 2))
     assert first.alpha.tobytes() == again.alpha.tobytes()
     assert first.trace.tobytes() == again.trace.tobytes()
     assert first.evaluations == again.evaluations
@@ -92,18 +104,12 @@ def test_seed_decides_the_result() -> None:
     np.testing.assert_allclose(first.alpha, other.alpha, rtol=1e-3)
 
 
-def test_optimum_outside_of_the_bounds_ends_on_them() -> None:
-    found = identify(gaussian, np.array([[1.0, 1.3], [0.005, 0.3]]))
-    assert found.at_bound.tolist() == [True, False]
+@pytest.mark.parametrize("high", [1.3, 1.0])
+def test_an_optimum_outside_of_the_bounds_ends_on_them_and_equal_bounds_hold(high: float) -> None:
+    found = identify(gaussian, np.array([[1.0, high], [0.005, 0.3]]))
+    assert found.at_bound.tolist() == [high > 1.0, False]
     assert found.alpha[0] == 1.0
     assert found.alpha[1] == pytest.approx(np.sqrt(np.mean((SAMPLE - 1.0) ** 2)), rel=5e-4)
-
-
-def test_equal_bounds_hold_a_parameter() -> None:
-    found = identify(gaussian, np.array([[1.0, 1.0], [0.005, 0.3]]))
-    assert found.alpha[0] == 1.0
-    assert found.alpha[1] == pytest.approx(np.sqrt(np.mean((SAMPLE - 1.0) ** 2)), rel=5e-4)
-    assert not found.at_bound.any()
 
 
 def test_search_stays_inside_of_the_bounds_and_counts() -> None:
@@ -113,9 +119,9 @@ def test_search_stays_inside_of_the_bounds_and_counts() -> None:
         batches.append(alphas.copy())
         return gaussian(alphas)
 
-    found = identify(watched, GAUSSIAN_BOX, Settings(population=20))
+    found = identify(watched, BOX, Settings(population=20))
     every = np.vstack(batches)
-    assert np.all((GAUSSIAN_BOX[:, 0] <= every) & (every <= GAUSSIAN_BOX[:, 1]))
+    assert np.all((BOX[:, 0] <= every) & (every <= BOX[:, 1]))
     assert found.evaluations == len(every)
     assert found.log_likelihood == gaussian(every).max()
     best = np.maximum.accumulate([gaussian(b).max() for b in batches])
@@ -124,20 +130,9 @@ def test_search_stays_inside_of_the_bounds_and_counts() -> None:
 
 
 def test_generations_that_run_out_are_reported() -> None:
-    found = identify(gaussian, GAUSSIAN_BOX, Settings(generations=2))
+    found = identify(gaussian, BOX, Settings(generations=2))
     assert not found.converged
     assert len(found.trace) == 3
-
-
-def test_progress_is_shown_where_the_work_has_a_name(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("EXP_PROGRESS", "verbose")
-    monkeypatch.setattr("unmodelled.base.progress.OFTEN", 0.0)
-    identify(gaussian, GAUSSIAN_BOX)
-    assert capsys.readouterr().err == ""
-    identify(gaussian, GAUSSIAN_BOX, description="identifying")
-    assert "identifying: 1/300" in capsys.readouterr().err
 
 
 def test_global_maximum_is_found_next_to_a_local_one() -> None:
@@ -168,16 +163,16 @@ def test_what_is_not_finite_is_avoided(hole: float) -> None:
     def objective(alphas: Array) -> Array:
         return np.where(alphas[:, 0] > 0.88, hole, gaussian(alphas))
 
-    found = identify(objective, GAUSSIAN_BOX)
+    found = identify(objective, BOX)
     assert np.isfinite(found.log_likelihood)
     assert 0.878 < found.alpha[0] <= 0.88
 
 
 def test_hopeless_log_likelihoods_are_refused() -> None:
     with pytest.raises(BadInput, match="not finite at any of 32 points"):
-        identify(lambda a: np.full(len(a), np.nan), GAUSSIAN_BOX)
+        identify(lambda a: np.full(len(a), np.nan), BOX)
     with pytest.raises(BadInput, match="is -7 at all of 32 points"):
-        identify(lambda a: np.full(len(a), -7.0), GAUSSIAN_BOX)
+        identify(lambda a: np.full(len(a), -7.0), BOX)
 
 
 @pytest.mark.parametrize(
@@ -213,3 +208,91 @@ def test_pinned_parameters_do_not_move() -> None:
     box = Box(RESPONSE_BOX).pinned({1: 0.5, 3: 0.02})
     assert box.free.tolist() == [True, False, True, False]
     np.testing.assert_allclose(box.to_alpha([0.0, 1.0]), [0.7, 0.5, 0.3, 0.02])
+
+
+NORMAL = np.array([0.9, 0.05])
+COUNT = 25
+
+
+def drawn(count: int, seed: int) -> list[Array]:
+    """Data sets, the first of which do not depend on their number."""
+    return [np.random.default_rng([seed, k]).normal(NORMAL[0], NORMAL[1], COUNT) for k in range(count)]
+
+
+def identify_one(y: Array, seed: int) -> Identification:
+    return identify(Likelihood(y), BOX, Settings(population=8), seed)
+
+
+def test_result_does_not_depend_on_the_number_of_workers() -> None:
+    one, three = (replicate(drawn(7, 5), identify_one, seed=5, workers=w) for w in (1, 3))
+    for a, b in zip(one, three, strict=True):
+        assert a.alpha.tobytes() == b.alpha.tobytes()
+        assert a.trace.tobytes() == b.trace.tobytes()
+    assert len({a.alpha.tobytes() for a in one}) == 7
+    more = replicate(drawn(9, 5), identify_one, seed=5, workers=2)
+    assert [a.alpha.tolist() for a in more[:7]] == [a.alpha.tolist() for a in one]
+    other = replicate(drawn(1, 6), identify_one, seed=6, workers=1)
+    assert not np.array_equal(other[0].alpha, one[0].alpha)
+
+
+@pytest.mark.long
+def test_scatter_and_coverage_of_a_normal_sample() -> None:
+    samples: dict[float, Array] = {}
+
+    def remembering(y: Array, seed: int) -> Identification:
+        found = identify_one(y, seed)
+        samples[float(found.alpha[0])] = y
+        return found
+
+    found = replicate(drawn(120, 1), remembering, seed=1, workers=2)
+    seen = summarise_estimates(found)
+    expected = NORMAL[1] / np.sqrt([COUNT, 2.0 * COUNT])
+    np.testing.assert_allclose(seen.std, expected, rtol=0.2)
+    np.testing.assert_allclose(seen.mean, NORMAL, atol=4.0 * expected.max() / np.sqrt(120))
+    assert abs(seen.correlation[0, 1]) < 0.3
+    low, high = np.quantile(seen.alphas, [0.025, 0.975], axis=0)
+    np.testing.assert_allclose(seen.interval().T, [low, high], rtol=1e-12)
+    assert seen.converged == 1.0 and not seen.at_bound.any()
+    intervals = [profile(Likelihood(samples[float(f.alpha[0])]), BOX, f.alpha).intervals for f in found[:60]]
+    held = coverage(intervals, NORMAL)
+    assert np.all((held > 0.85) & (held <= 1.0))
+
+
+def test_coverage_counts_open_sides() -> None:
+    intervals = [[[0.0, 1.0], [-np.inf, 0.5]], [[0.6, 1.0], [0.6, np.inf]], [[0.5, 0.5], [-np.inf, np.inf]]]
+    np.testing.assert_allclose(coverage(intervals, [0.5, 0.55]), [2 / 3, 1 / 3])
+
+
+def test_scatter_with_a_parameter_that_never_moves() -> None:
+    found = [
+        Identification(np.array([x, 1.0, -x]), 0.0, 1, np.zeros(1), x > 0.1, np.array([False, True, x > 0.3]))
+        for x in (0.1, 0.2, 0.4, 0.3)
+    ]
+    seen = summarise_estimates(found)
+    np.testing.assert_allclose(seen.correlation, [[1, 0, -1], [0, 1, 0], [-1, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(seen.at_bound, [0.0, 1.0, 0.25])
+    assert seen.converged == 0.75
+
+
+def test_failure_of_one_data_set_ends_the_work() -> None:
+    calls: list[int] = []
+
+    def failing(y: Array, seed: int) -> Identification:
+        calls.append(seed)
+        time.sleep(1e-3)  # gives the thread that waits for the failure time to see it
+        raise BadInput("data set cannot be used")
+
+    with pytest.raises(BadInput, match="data set cannot be used"):
+        replicate(drawn(2000, 0), failing, seed=0, workers=1)
+    assert len(calls) < 2000
+
+
+def test_impossible_numbers_are_refused() -> None:
+    for count, workers in ((0, 1), (1, 0)):
+        with pytest.raises(BadInput, match="at least 1"):
+            replicate(drawn(count, 0), identify_one, seed=0, workers=workers)
+    found = replicate(drawn(2, 0), identify_one, seed=0, workers=1)
+    with pytest.raises(BadInput, match="level"):
+        summarise_estimates(found).interval(1.0)
+    with pytest.raises(BadInput, match="at least 2"):
+        summarise_estimates(found[:1])

@@ -1,40 +1,67 @@
-"""Profiles of one and of two parameters, on log-likelihoods whose shape is known."""
+"""Profiles of one and of two parameters, curvature and advice, on log-likelihoods whose shape is known."""
 
 from __future__ import annotations
+
+import re
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tests.uncertainty.log_likelihoods import (
-    BOX,
-    CENTRE,
-    COUNT,
-    COVARIANCE,
-    MEAN,
-    STD,
-    UNIT_CUBE,
-    gaussian,
-    parabola,
-    ridge,
-    rough,
-    two_hills,
-)
 from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.advice import advice
+from unmodelled.uncertainty.ascent import Objective
+from unmodelled.uncertainty.curvature import curvature
 from unmodelled.uncertainty.identify import identify
 from unmodelled.uncertainty.pair_profile import profile_pair
 from unmodelled.uncertainty.profile import THRESHOLD, TOP, profile
 
 Array = NDArray[np.float64]
+COUNT = 60
+SAMPLE = np.random.default_rng(4).normal(0.9, 0.05, COUNT)
+MEAN, STD = float(SAMPLE.mean()), float(SAMPLE.std())
+BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
+UNIT_CUBE = np.array([[0.0, 1.0]] * 3)
+COVARIANCE = np.array([[4.0, -2.4, 0.5], [-2.4, 2.5, 0.3], [0.5, 0.3, 1.0]]) * 1e-3
+CENTRE = np.array([0.5, 0.45, 0.6])
+
+
+def gaussian(alphas: Array) -> Array:
+    """Log-likelihood of the sample under a mean and a standard deviation, without its constant."""
+    mu, sigma = alphas.T
+    return -COUNT * (np.log(sigma) + 0.5 * (STD**2 + (mu - MEAN) ** 2) / sigma**2)
+
+
+def parabola(alphas: Array) -> Array:
+    """Log-likelihood of a normal distribution around `CENTRE`."""
+    away = alphas - CENTRE
+    return -0.5 * np.einsum("bi,ij,bj->b", away, np.linalg.inv(COVARIANCE), away)
+
+
+def ridge(alphas: Array) -> Array:
+    """The first two parameters enter by their sum only; the last has no effect."""
+    return -0.5 * ((alphas[:, 0] + alphas[:, 1] - 1.0) / 0.01) ** 2
+
+
+def rough(objective: Objective) -> Objective:
+    """The same with a ripple of 1e-6 that is finer than any step."""
+    return lambda alphas: objective(alphas) + 1e-6 * np.sin(1e7 * alphas.sum(1))
+
+
+def two_hills(alphas: Array) -> Array:
+    """A lower maximum at 0.3, a shallow valley, a higher maximum at 0.7; the second parameter is plain."""
+    x, y = alphas.T
+    hills = np.exp(-0.5 * ((x - 0.3) / 0.1) ** 2) + 3.0 * np.exp(-0.5 * ((x - 0.7) / 0.1) ** 2)
+    return np.log(hills) - 0.5 * ((y - 0.5) / 0.05) ** 2
 
 
 def test_profiles_of_a_mean_and_a_standard_deviation() -> None:
     found = profile(gaussian, BOX, identify(gaussian, BOX).alpha)
     of_mean, of_std = found.curves
-    np.testing.assert_allclose(
-        of_mean.deviance, COUNT * np.log1p(((of_mean.values - MEAN) / STD) ** 2), atol=1e-3
-    )
+    away = (of_mean.values - MEAN) / STD
+    np.testing.assert_allclose(of_mean.deviance, COUNT * np.log1p(away**2), atol=1e-3)
     ratio = STD / of_std.values
     np.testing.assert_allclose(of_std.deviance, COUNT * (ratio**2 - 1.0 - 2.0 * np.log(ratio)), atol=1e-3)
     half = STD * np.sqrt(np.expm1(THRESHOLD / COUNT))
@@ -53,16 +80,13 @@ def test_profile_of_a_parabola_is_a_parabola() -> None:
     for k, curve in enumerate(found.curves):
         std = np.sqrt(COVARIANCE[k, k])
         np.testing.assert_allclose(curve.deviance, ((curve.values - CENTRE[k]) / std) ** 2, atol=2e-3)
-        np.testing.assert_allclose(
-            found.intervals[k], CENTRE[k] + 1.959964 * std * np.array([-1, 1]), atol=1e-4
-        )
+        ends = CENTRE[k] + 1.959964 * std * np.array([-1, 1])
+        np.testing.assert_allclose(found.intervals[k], ends, atol=1e-4)
         assert np.all(np.diff(curve.values) > 0.0)
         assert curve.deviance[0] > TOP and curve.deviance[-1] > TOP
         # the others follow along the regression lines
-        slope = COVARIANCE[:, k] / COVARIANCE[k, k]
-        np.testing.assert_allclose(
-            curve.alphas, CENTRE + np.outer(curve.values - CENTRE[k], slope), atol=1e-3
-        )
+        line = CENTRE + np.outer(curve.values - CENTRE[k], COVARIANCE[:, k] / COVARIANCE[k, k])
+        np.testing.assert_allclose(curve.alphas, line, atol=1e-3)
 
 
 def test_ridge_in_a_box_that_limits_it() -> None:
@@ -120,6 +144,10 @@ def test_progress_is_shown_where_the_work_has_a_name(
 ) -> None:
     monkeypatch.setenv("EXP_PROGRESS", "verbose")
     monkeypatch.setattr("unmodelled.base.progress.OFTEN", 0.0)
+    identify(gaussian, BOX)
+    assert capsys.readouterr().err == ""
+    identify(gaussian, BOX, description="identifying")
+    assert "identifying: 1/300" in capsys.readouterr().err
     profile(parabola, UNIT_CUBE, CENTRE, "profiling")
     assert "profiling: 3/3" in capsys.readouterr().err
     profile_pair(parabola, UNIT_CUBE, CENTRE, (0, 1), CENTRE[:1], CENTRE[1:], "drawing contours")
@@ -169,3 +197,100 @@ def test_pair_profile_takes_a_better_optimum() -> None:
     reference = two_hills(found.alpha[None])[0]
     points = found.alphas.reshape(-1, 2)
     np.testing.assert_allclose(found.deviance.ravel(), 2.0 * (reference - two_hills(points)), atol=1e-9)
+
+
+def test_ridge_is_open_and_correlated() -> None:
+    box = np.array([[0.2, 0.8], [0.2, 0.8], [0.0, 1.0]])
+    start = identify(ridge, box).alpha
+    found, bend = profile(rough(ridge), box, start), curvature(rough(ridge), box, start)
+    assert np.all(np.isinf(found.intervals))
+    for curve in found.curves:
+        assert curve.low is None and curve.high is None
+        assert curve.deviance.max() < 0.01
+        np.testing.assert_allclose(curve.values[[0, -1]], curve.bounds)
+    assert bend.singular and len(bend.flat) == 2
+    assert bend.correlation[0, 1] == pytest.approx(-1.0, abs=2e-3)
+    assert abs(bend.correlation[0, 2]) < 0.05
+    assert np.all(bend.std > 0.1)
+    said = "\n".join(advice(["a", "b", "c"], found, bend))
+    for name in "abc":
+        assert f"{name} cannot be identified: the data allow all of its bounds" in said
+    assert "a and b are hard to tell apart: their estimates are correlated (-1.00)" in said
+    assert "a and b can change together without changing the log-likelihood" in said
+    assert "c does not change the log-likelihood at the optimum: hold it fixed" in said
+
+
+def test_optimum_on_a_bound() -> None:
+    box = np.array([[1.0, 1.3], [0.005, 0.3]])
+    best = identify(gaussian, box).alpha
+    found = profile(gaussian, box, best)
+    assert found.curves[0].low is None and found.curves[0].high is not None
+    bend = curvature(gaussian, box, best)
+    np.testing.assert_allclose(np.diag(bend.hessian)[0], COUNT / best[1] ** 2, rtol=1e-2)
+    said = advice(["mu", "sigma"], found, bend)
+    assert "mu lies on its lower bound 1: widen the bounds or hold it fixed" in said
+    assert any(line.startswith("mu = 1 has no lower limit") for line in said)
+    assert any(line.startswith("sigma = 0.1") and "is identified: 95 % interval" in line for line in said)
+
+
+def test_better_optimum_is_taken_and_told() -> None:
+    box = np.array([[0.0, 1.0], [0.0, 1.0]])
+    found = profile(two_hills, box, np.array([0.3, 0.5]))
+    assert found.alpha[0] == pytest.approx(0.7, abs=1e-3)
+    assert found.gain == pytest.approx(np.log(3.0), abs=0.01)
+    assert all(c.deviance.min() == 0.0 for c in found.curves)
+    said = advice(["x", "y"], found, curvature(two_hills, box, found.alpha))
+    assert said[0] == "the profiles found a better optimum: its log-likelihood is higher by 1.1"
+    assert not any("better optimum" in line for line in advice_at(two_hills, box, found.alpha, "xy"))
+
+
+def advice_at(objective: Objective, box: Array, alpha: Array, names: Sequence[str]) -> list[str]:
+    return advice(names, profile(objective, box, alpha), curvature(objective, box, alpha))
+
+
+def test_held_parameter_has_no_profile() -> None:
+    box = np.array([[0.0, 1.0], [0.45, 0.45], [0.0, 1.0]])
+    found = profile(parabola, box, CENTRE)
+    assert [c.index for c in found.curves] == [0, 2]
+    assert found.intervals[1].tolist() == [0.45, 0.45]
+    bend = curvature(parabola, box, CENTRE)
+    inverse = np.linalg.inv(np.linalg.inv(COVARIANCE)[np.ix_([0, 2], [0, 2])])
+    np.testing.assert_allclose(bend.covariance[np.ix_([0, 2], [0, 2])], inverse, rtol=1e-3)
+    assert bend.std[1] == 0.0 and not bend.singular
+    assert not any("hard to tell apart" in line for line in advice(["a", "b", "c"], found, bend))
+
+
+def test_curvature_of_a_mean_and_a_standard_deviation() -> None:
+    bend = curvature(rough(gaussian), BOX, np.array([MEAN, STD]))
+    np.testing.assert_allclose(np.diag(bend.hessian), [COUNT / STD**2, 2.0 * COUNT / STD**2], rtol=5e-3)
+    np.testing.assert_allclose(bend.std, STD / np.sqrt([COUNT, 2.0 * COUNT]), rtol=5e-3)
+    assert abs(bend.correlation[0, 1]) < 1e-3
+    assert not bend.singular
+
+
+def test_curvature_of_correlated_parameters() -> None:
+    bend = curvature(rough(parabola), UNIT_CUBE, CENTRE)
+    np.testing.assert_allclose(bend.covariance, COVARIANCE, atol=2e-6)
+    scale = np.sqrt(np.diag(COVARIANCE))
+    np.testing.assert_allclose(bend.correlation, COVARIANCE / np.outer(scale, scale), atol=1e-3)
+
+
+def test_strong_correlation_is_told() -> None:
+    def narrow(alphas: Array) -> Array:
+        u, v = (alphas[:, 0] + alphas[:, 1] - 1.0) / 0.01, (alphas[:, 0] - alphas[:, 1]) / 0.1
+        return -0.5 * (u**2 + v**2)
+
+    said = advice_at(narrow, UNIT_CUBE[:2], np.array([0.5, 0.5]), ["mu_1", "mu_2"])
+    assert "mu_1 and mu_2 are hard to tell apart: their estimates are correlated (-0.98)" in said
+
+
+def test_order_of_magnitude_is_told_from_a_sharp_interval() -> None:
+    def objective(alphas: Array) -> Array:
+        return -0.5 * (np.log(alphas[:, 0] / 0.03) / 0.4) ** 2
+
+    said = advice_at(objective, np.array([[0.001, 1.0]]), np.array([0.03]), ["sigma"])
+    known = "sigma = 0.03 is known only in its order of magnitude: 95 % interval (.*) to (.*)"
+    words = re.fullmatch(known, said[0])
+    assert words and len(said) == 1
+    expected = 0.03 * np.exp(0.4 * 1.95996 * np.array([-1.0, 1.0]))
+    np.testing.assert_allclose([float(w) for w in words.groups()], expected, rtol=5e-3)

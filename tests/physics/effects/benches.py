@@ -6,35 +6,25 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from tests.machines.known import SYSTEMS, Array, built_in, values_of
+from unmodelled import System, read_system
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
-from unmodelled.systems.model import System
-from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 PERIOD = 1e-3
-SYSTEMS = Path(__file__).parents[3] / "systems"
-FILES = {
-    "stage": Path(__file__).with_name("stage.yaml"),
-    "pendulum": SYSTEMS / "pendulum.yaml",
-    "slider_crank": SYSTEMS / "slider_crank.yaml",
-    "tanks": SYSTEMS / "cascaded_tanks" / "overflow_withheld.yaml",
-    "volts": SYSTEMS / "silverbox" / "hardening_withheld.yaml",
-    "room": Path(__file__).with_name("room.yaml"),
-    "coil": Path(__file__).with_name("coil.yaml"),
-    "cell": Path(__file__).with_name("cell.yaml"),
-    "bed": Path(__file__).with_name("bed.yaml"),
-    "coupling": SYSTEMS / "coupling.yaml",
-}
+FILES = {name: Path(__file__).with_name(f"{name}.yaml") for name in ("stage", "room", "coil", "cell", "bed")}
+FILES |= {name: SYSTEMS / f"{name}.yaml" for name in ("pendulum", "slider_crank", "coupling")}
+FILES["tanks"] = SYSTEMS / "cascaded_tanks" / "overflow_withheld.yaml"
+FILES["volts"] = SYSTEMS / "silverbox" / "hardening_withheld.yaml"
 #: Parameters of a system that effects on parameters are tried on.
 FEW = 2
 
@@ -44,9 +34,8 @@ def system(name: str) -> System:
     return read_system(FILES[name])
 
 
-@dataclass(frozen=True)
-class Run:
-    """Experiments one after the other."""
+class Run(NamedTuple):
+    """Experiments one after the other, as sizes are measured along them."""
 
     offsets: NDArray[np.int64]
     t: Array
@@ -69,14 +58,12 @@ def run(system: System, n: int = 2000) -> Run:
 
 def measured(known: System) -> Scales:
     """Sizes along `run`."""
-    given = run(known)
-    return Scales.measured(known, PERIOD, given.offsets, given.t, given.x, given.u, given.c)
+    return Scales.measured(known, PERIOD, *run(known))
 
 
-@cache
 def arm() -> System:
     """The robot of systems/arm.yaml."""
-    return read_system(SYSTEMS / "arm.yaml")
+    return built_in("arm")
 
 
 @cache
@@ -146,16 +133,10 @@ def values(of: Added, **numbers: float) -> Array:
     return np.array([numbers.get(p.name, p.value) for p in of.system.parameters])
 
 
-def somewhere(grown: System, count: int = 40, seed: int = 0) -> tuple[Array, Array, Array, Array]:
-    """t, x, u and c at random."""
-    draw = np.random.default_rng(seed).uniform
-    x = draw(-1.0, 1.0, (count, len(grown.states)))
-    c = draw(0.5, 1.5, (count, len(grown.operating_point)))
-    return draw(0.0, 2.0, count), x, draw(-1.0, 1.0, (count, len(grown.inputs))), c
-
-
-def evaluated(grown: System, expressions: list[sp.Expr], p: Array, seed: int = 0) -> Array:
-    """(count, k) at random points, efforts zero."""
-    t, x, u, c = somewhere(grown, seed=seed)
-    function = numpy_system_function(grown, expressions, efforts_zero=True)
-    return function(t, x, u, np.empty(0), p, c)
+def evaluated(grown: System, expressions: list[sp.Expr], p: Array) -> Array:
+    """(points, k) at random points, efforts zero."""
+    draw, points = np.random.default_rng(0).uniform, 40
+    x = draw(-1.0, 1.0, (points, len(grown.states)))
+    c = draw(0.5, 1.5, (points, len(grown.operating_point)))
+    t = draw(0.0, 2.0, points)
+    return values_of(grown, expressions, x, draw(-1.0, 1.0, (points, len(grown.inputs))), c, p, t=t)

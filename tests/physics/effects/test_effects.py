@@ -1,9 +1,10 @@
-"""Every effect at every kind of place: level zero, linearity, regressors, names, units, files."""
+"""Every effect at every kind of place: alone, on top of others, in some experiments only, and on robots."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from itertools import islice, permutations
 from pathlib import Path
 
 import numpy as np
@@ -11,24 +12,45 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
+from tests.diagnosis.studies import effect
 from tests.every import every
-from tests.machines.folders import system_of
-from tests.physics.effects.benches import Case, at_place, cases, evaluated, measured, scales, system, values
+from tests.machines.folders import logs_of, system_of
+from tests.machines.known import built_in, edited, values_of, written_again
+from tests.physics.effects.benches import (
+    PERIOD,
+    Case,
+    arm,
+    arm_scales,
+    at_place,
+    cases,
+    evaluated,
+    measured,
+    run,
+    scales,
+    system,
+    values,
+)
+from tests.physics.robot.mechanisms import system_of as robot_of
 from unmodelled.base.errors import BadInput
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.columns import extended, in_columns
 from unmodelled.effects.contract import check_effect
-from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.effect import Effect, PortEffect
 from unmodelled.effects.law import Amplitude, Law, Shape, signed
 from unmodelled.effects.library import effects
+from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, Site
+from unmodelled.engine.machine.program import Program
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.logs.readings import readings
-from unmodelled.systems.reader import read_system
-from unmodelled.systems.writer import write_system
+from unmodelled.systems.model import Constant, System
 
 
 def test_no_two_effects_share_family_and_variant_and_the_simplest_come_first() -> None:
-    names = [f"{effect.family} {effect.variant}".strip() for effect in effects()]
+    names = [f"{each.family} {each.variant}".strip() for each in effects()]
     assert len(set(names)) == len(names), "give the new effect another variant"
-    complexities = [effect.complexity for effect in effects()]
+    complexities = [each.complexity for each in effects()]
     assert complexities == sorted(complexities)
 
 
@@ -38,7 +60,7 @@ def test_every_effect_is_tried_somewhere() -> None:
 
 
 def test_no_drive_lies_between_a_measured_input_and_the_physics() -> None:
-    known = read_system(Path("systems/pendulum.yaml"))
+    known = system("pendulum")
     item = replace(known.inputs[0], commanded=False)
     families = {e.family for e in effects() if e.places(replace(known, inputs=(item,)))}
     drives = {"actuator_saturation", "actuator_dead_zone", "actuator_lag", "actuator_rate_limit"}
@@ -125,9 +147,8 @@ def test_the_regressor_of_such_an_effort_is_its_tangent_at_zero(case: Case) -> N
     regressors = evaluated(added.system, list(added.regressors), values(added)).T
     for amplitude, regressor in zip(added.amplitudes, regressors, strict=True):
         h = 1e-6 * added.scales[amplitude]
-        above, below = (
-            evaluated(added.system, [total], values(added, **{amplitude: s * h}))[:, 0] for s in (1.0, -1.0)
-        )
+        sides = (values(added, **{amplitude: side}) for side in (h, -h))
+        above, below = (evaluated(added.system, [total], p)[:, 0] for p in sides)
         atol = 1e-6 * np.abs(regressor).max()
         assert_allclose((above - below) / (2.0 * h), regressor, rtol=1e-5, atol=atol)
 
@@ -163,12 +184,11 @@ def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> No
     )
     plain = system_of(text, tmp_path)
     sizes = measured(plain)
-    for effect in effects():
-        for place in effect.places(plain):
-            added = effect.add(plain, place, sizes)
-            assert set(added.units.values()) <= {"1", "s"}, effect.family
-            write_system(added.system, tmp_path / "grown.yaml")
-            assert read_system(tmp_path / "grown.yaml").parameters == added.system.parameters
+    for each in effects():
+        for place in each.places(plain):
+            added = each.add(plain, place, sizes)
+            assert set(added.units.values()) <= {"1", "s"}, each.family
+            assert written_again(added.system, tmp_path).parameters == added.system.parameters
 
 
 @every(lambda: (case for case in cases("stage", "pendulum") if case.effect.family == "torque_ripple"))
@@ -181,18 +201,189 @@ def test_a_ripple_is_at_least_one_wave(case: Case) -> None:
 
 def test_no_effect_hides_the_states_that_the_outputs_show(tmp_path: Path) -> None:
     """Windows start at these states, with an effect as without it."""
-    file = tmp_path / "scaled.yaml"
-    text = (Path(__file__).with_name("stage.yaml")).read_text()
-    text = text.replace("tip: {unit: m, expression: 2*x + 0.1}", "tip: {unit: V, expression: k_s*x + z_s}")
-    file.write_text(
-        text.replace("x: {unit: m}\n  tip", "tip").replace(
-            "parameters:", "parameters:\n  k_s: {value: 3.0, unit: V/m}\n  z_s: {value: 0.2, unit: V}"
-        )
-    )
-    known = read_system(file)
+    scaled = ("tip: {unit: m, expression: 2*x + 0.1}", "tip: {unit: V, expression: k_s*x + z_s}")
+    numbers = "parameters:\n  k_s: {value: 3.0, unit: V/m}\n  z_s: {value: 0.2, unit: V}"
+    alone = ("x: {unit: m}\n  tip", "tip")
+    text = Path(__file__).with_name("stage.yaml").read_text()
+    known = system_of(edited(text, scaled, alone, ("parameters:", numbers)), tmp_path)
     scales, shown = measured(known), [(reading.state, reading.output) for reading in readings(known)]
     assert shown == [(0, 0), (1, 0)]
-    for effect in effects():
-        for place in effect.places(known):
-            grown = effect.add(known, place, scales).system
-            assert [(r.state, r.output) for r in readings(grown)] == shown, (effect, place)
+    for each in effects():
+        for place in each.places(known):
+            grown = each.add(known, place, scales).system
+            assert [(r.state, r.output) for r in readings(grown)] == shown, (each, place)
+
+
+RAIL, DRIVE = Place("port", "rail"), Place("actuator", "u")
+
+
+def together(known: System, chosen: list[tuple[str, str, Place]]) -> tuple[System, list[Added]]:
+    """All of the effects, one after the other."""
+    found: list[Added] = []
+    for family, variant, place in chosen:
+        found.append(effect(family, variant).add(known, place, scales("stage")))
+        known = found[-1].system
+    return known, found
+
+
+def test_many_effects_share_a_system_without_sharing_names(tmp_path: Path) -> None:
+    chosen = [
+        *[("torque_ripple", "", RAIL)] * 2,
+        *[("hysteresis", "dahl", RAIL), ("backlash", "mass", RAIL), ("coulomb_friction", "", RAIL)],
+        *[("actuator_lag", "", DRIVE), ("actuator_saturation", "", DRIVE), ("actuator_gain", "", DRIVE)],
+        *[("sensor_gain", "", Place("sensor", name)) for name in ("x", "tip")],
+        *[("drift", "parameter", Place("parameter", "b")), ("scatter", "", Place("parameter", "F_c_rail"))],
+    ]
+    grown, found = together(system("stage"), chosen)
+    names = [name for added in found for name in (*added.amplitudes, *added.shapes, *added.memory)]
+    assert len(set(names)) == len(names)
+    zero = {sp.Symbol(name, real=True): sp.S.Zero for added in found for name in added.amplitudes}
+    assert tuple(f.xreplace(zero) for f in grown.closed[:2]) == system("stage").closed
+    read = written_again(grown, tmp_path)
+    p = np.array(grown.with_values(dict.fromkeys(names, 0.1)).values)
+    both = [evaluated(s, list(s.closed), p) for s in (read, grown)]
+    assert_allclose(*both, rtol=1e-9)
+
+
+def test_an_inertia_error_holds_whatever_is_added_before_or_after() -> None:
+    chosen = [("inertia_error", "", RAIL), ("coulomb_friction", "", RAIL), ("actuator_offset", "", DRIVE)]
+    numbers = {"dM": 1.3, "F_c_rail": 2.0, "u_0": 0.4}
+    rates = []
+    for order in permutations(chosen):
+        grown = together(system("stage"), list(order))[0].with_values(numbers)
+        rates.append(values_of(grown, grown.closed, [0.1, -0.3], [0.5], [0.7]))
+    assert_allclose(rates, np.tile(rates[0], (6, 1)), rtol=1e-12)
+
+
+def test_states_of_effects_go_on_after_an_event(tmp_path: Path) -> None:
+    clutch = built_in("clutch")
+    sizes = measured(clutch)
+    grown = effect("hysteresis", "lugre").add(clutch, Place("port", "load"), sizes).system
+    grown = effect("actuator_lag").add(grown, Place("actuator", "u"), sizes).system
+    (event,) = grown.events
+    assert event.then is not None
+    assert event.then[-2:] == grown.dynamics[-2:]
+    read = written_again(grown, tmp_path)
+    assert (read.states, read.ports, len(read.events[0].then or ())) == (grown.states, grown.ports, 7)
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Logs:
+    """Four experiments of the stage: two payloads, two groups."""
+    known = system("stage")
+    given = run(known, 80)
+    x = given.x[:, 0]
+    log = {"t": given.t, "drive": given.u[:, 0], "x": x, "tip": 2.0 * x + 0.1}
+    return logs_of(known, tmp_path, [log] * 4, group=list("rrss"), m=[0.5, 1.2, 0.5, 1.2])
+
+
+def test_an_effect_at_one_level_acts_in_no_other_experiment(logs: Logs) -> None:
+    place = replace(RAIL, factor="m", level=np.float64(1.2))
+    added = effect("coulomb_friction").add(system("stage"), place, scales("stage"))
+    assert added.columns == {}
+    assert added.system.text["ports.rail.law"].endswith("(m == 1.2)*F_c_rail*tanh(v/v_c_rail)")
+    assert added.law == "F_c_rail*sign(v)"
+    acting = values_of(added.system, added.regressors, np.ones(2), [0.0], logs.c)[:, 0]
+    assert_allclose(acting, [0.0, 1.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_an_effect_in_one_group_brings_a_column(logs: Logs, tmp_path: Path) -> None:
+    place = replace(RAIL, factor="group", level="s")
+    added = effect("hysteresis", "dahl").add(system("stage"), place, scales("stage"))
+    assert list(added.columns) == ["in_group"]
+    grown = prepare(added.system, extended(logs, added.columns))
+    assert grown.constants == ("m", "in_group")
+    assert_allclose(grown.c[:, 1], [0.0, 0.0, 1.0, 1.0])
+    assert list(grown.experiments["in_group"]) == [0.0, 0.0, 1.0, 1.0]
+    assert grown.states == ("x", "v", "z_rail")
+    assert np.abs(grown.x[:, 2]).max() > 0.01  # the memory was integrated along the measured motion
+    assert written_again(added.system, tmp_path).operating_point == added.system.operating_point
+
+
+def test_the_order_of_experiments_is_a_column(logs: Logs) -> None:
+    place = Place("parameter", "b")
+    added = effect("drift", "parameter_by_order").add(system("stage"), place, scales("stage"))
+    assert_allclose(extended(logs, added.columns).c[:, 1], [0.0, 1.0, 2.0, 3.0])
+
+
+def test_scatter_becomes_a_column_with_one_value_per_experiment(logs: Logs, tmp_path: Path) -> None:
+    added = effect("scatter").add(system("stage"), Place("parameter", "b"), scales("stage"))
+    (name,) = added.per_experiment
+    assert name == "b_deviation"
+    spread = in_columns(added.system, [Constant(name, "1")])
+    values = np.array([0.1, -0.2, 0.3, 0.0])
+    grown = prepare(spread, extended(logs, {name: values}))
+    read, x, u = written_again(spread, tmp_path), [0.0, 0.4], [0.3]
+    alone = [system("stage").with_values({"b": 31.0 * (1.0 + v)}) for v in values]
+    each = [values_of(s, s.closed, x, u, c) for s, c in zip(alone, logs.c, strict=True)]
+    assert_allclose(values_of(read, read.closed, x, u, grown.c), each, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("family", "kind", "name"), [("input_delay", "actuator", "u"), ("sensor_delay", "sensor", "tip")]
+)
+def test_a_delay_adds_to_the_known_one(family: str, kind: str, name: str) -> None:
+    late = system("stage")
+    late = replace(late, inputs=tuple(replace(i, delay=0.01) for i in late.inputs))
+    late = replace(late, outputs=tuple(replace(o, delay=0.01) for o in late.outputs))
+    added = effect(family).add(late, Place(kind, name), scales("stage"))  # type: ignore[arg-type]
+    ((shape, grid),) = added.shapes.items()
+    assert grid[0] == 0.5 * PERIOD
+    assert with_numbers(added.system, [added], {}) == late
+    grown = with_numbers(added.system, [added], {shape: 0.004, "b": 30.0})
+    items = {"actuator": grown.inputs, "sensor": grown.outputs}[kind]
+    assert_allclose([i.delay for i in items if i.name == name], [0.014])
+    assert dict(zip([p.name for p in grown.parameters], grown.values, strict=True))["b"] == 30.0
+    with pytest.raises(ValueError, match="some of the experiments"):
+        effect(family).add(late, Place(kind, name, "m", 1.2), scales("stage"))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("place", [Place("port", "no"), Place("actuator", "no"), Place("sensor", "no")])
+def test_a_place_that_is_not_there_is_refused(place: Place) -> None:
+    for found in effects():
+        if any(p.kind == place.kind for p in found.places(system("stage"))):
+            with pytest.raises(KeyError):
+                found.add(system("stage"), place, scales("stage"))
+
+
+def test_a_gain_of_a_sensor_is_taken_out_of_the_states_that_it_shows(logs: Logs) -> None:
+    added = effect("sensor_gain").add(system("stage"), Place("sensor", "x"), scales("stage"))
+    (name,) = added.amplitudes
+    seen = prepare(added.system.with_values({name: 0.25}), logs)
+    assert_allclose(1.25 * seen.x[:, 0], logs.x[:, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("each", effects(), ids=lambda e: "-".join(filter(None, (e.family, e.variant))))
+def test_the_arm_with_an_effect_is_written_and_read_back(each: Effect, tmp_path: Path) -> None:
+    for place in islice(each.places(arm()), 2):
+        grown = each.add(arm(), place, arm_scales()).system
+        again = written_again(grown, tmp_path)
+        assert [*map(str, again.dynamics)] == [*map(str, grown.dynamics)]
+
+
+def test_an_inertia_at_a_joint_adds_to_the_mass_that_the_joint_feels() -> None:
+    assert all(is_inertial(arm(), port) for port in arm().ports)
+    added = effect("inertia_error").add(arm(), Place("port", "elbow"), arm_scales())
+    (dM,) = added.amplitudes
+    grown = added.system.with_values({dM: 0.02})
+    larger = arm().with_values({"elbow_armature": 0.01 + 0.02})
+    x, u = np.array([0.3, -0.4, 0.8, 1.0, -2.0, 0.5]), np.array([0.4, 1.0, 0.3])
+    found, wanted = (
+        Program.of(s, s.dynamics).evaluate(np.zeros(()), x, u, np.array(s.values), np.empty(0))
+        for s in (grown, larger)
+    )
+    assert found == pytest.approx(wanted, rel=1e-10)
+
+
+SLIDER = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>
+  <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></worldbody>
+  <actuator><motor name="drive" joint="rail"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize("mass", [0.05, 0.5, 1.0, 2.0, 4.0, 0.0071])
+@pytest.mark.parametrize("variant", ["", "with_weight"])
+def test_a_round_mobility_keeps_its_unit_in_the_file(mass: float, variant: str, tmp_path: Path) -> None:
+    given = robot_of(tmp_path, SLIDER.format(mass), "inputs: {u_drive: {}}\n")
+    added = effect("inertia_error", variant).add(given, Place("port", "rail"), measured(given))
+    system = with_numbers(added.system, [added], {"dM": 0.1 * mass})
+    assert written_again(system, tmp_path) == system

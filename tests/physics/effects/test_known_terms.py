@@ -1,20 +1,25 @@
-"""Terms of the known physics that act like the effort of a port: inputs that drive it, and springs."""
+"""Terms of the known physics: inputs that drive a port, its load, and springs between bodies."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import sympy as sp
 
+from tests.machines.folders import system_of
+from tests.machines.known import SYSTEMS, built_in, edited, written_again
+from tests.physics.effects.benches import measured
 from unmodelled.effects import known_terms
 from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.library import effects
+from unmodelled.effects.load import load
+from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
+from unmodelled.systems.scope import scope_of
 
-SYSTEMS = Path(__file__).parents[3] / "systems"
-COUPLING = (SYSTEMS / "coupling.yaml").read_text()
+COUPLING, HOIST = ((SYSTEMS / name).read_text() for name in ("coupling.yaml", "withheld/hoist.yaml"))
 FOUR = "  d: {value: 0.1, unit: N m s/rad}\n  k_g: {value: 4, unit: N m/rad}\n"
 
 
@@ -23,56 +28,40 @@ def driven(system: System) -> list[tuple[str, int] | None]:
     return [one and (one[0].name, one[1]) for one in found]
 
 
-def changed(folder: Path, *changes: tuple[str, str], text: str = COUPLING) -> System:
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    (folder / "system.yaml").write_text(text)
-    return read_system(folder / "system.yaml")
-
-
 @pytest.mark.parametrize(
     ("file", "found"),
     [
-        ("withheld/hoist.yaml", [("rail", 1)]),
-        ("withheld/belt_axis.yaml", [("motor", 1)]),
+        ("withheld/hoist", [("rail", 1)]),
+        ("withheld/belt_axis", [("motor", 1)]),
         # the mass depends on the angle
-        ("double_pendulum/friction_withheld.yaml", [("shoulder", 1), ("elbow", 1)]),
+        ("double_pendulum/friction_withheld", [("shoulder", 1), ("elbow", 1)]),
         # it acts at another body than the port
-        ("slider_crank.yaml", [None]),
-        ("cascaded_tanks/overflow_withheld.yaml", [None]),
+        ("slider_crank", [None]),
+        ("cascaded_tanks/overflow_withheld", [None]),
         # a set point, and a switch that acts through its error
-        ("xl330/friction_withheld.yaml", [None, None]),
+        ("xl330/friction_withheld", [None, None]),
         # a torque between the bodies is not that on the motor
-        ("coupling.yaml", [None]),
+        ("coupling", [None]),
     ],
 )
 def test_an_input_drives_the_port_whose_effort_acts_like_it(
     file: str, found: list[tuple[str, int] | None]
 ) -> None:
-    assert driven(read_system(SYSTEMS / file)) == found
+    assert driven(built_in(file)) == found
 
 
-@pytest.mark.parametrize("file", ["arm.yaml", "withheld/hoist.yaml", "withheld/belt_axis.yaml"])
-def test_where_input_and_effort_meet_tells_what_all_rates_tell(
-    file: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    system = read_system(SYSTEMS / file)
+@pytest.mark.parametrize("file", ["arm", "withheld/hoist", "withheld/belt_axis"])
+def test_where_input_and_effort_meet_is_enough(file: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    system = built_in(file)
     found = driven(system)
     monkeypatch.setattr(known_terms._Pair, "meeting", None)
     assert driven(system) == found and any(found)
 
 
-def test_the_speed_of_an_input_that_drives_backwards_has_the_opposite_sign(tmp_path: Path) -> None:
-    text = (SYSTEMS / "withheld" / "hoist.yaml").read_text()
-    backwards = changed(tmp_path, ("kf*u", "-kf*u"), text=text)
-    assert driven(backwards) == [("rail", -1)]
-
-
-def test_a_law_before_the_physics_does_not_hide_what_an_input_drives(tmp_path: Path) -> None:
-    text = (SYSTEMS / "withheld" / "hoist.yaml").read_text()
-    limited = changed(tmp_path, ("kf*u", "kf*clip(u, -0.5, 0.5)"), text=text)
-    assert driven(limited) == [("rail", 1)]
+@pytest.mark.parametrize(("drive", "sign"), [("-kf*u", -1), ("kf*clip(u, -0.5, 0.5)", 1)])
+def test_an_input_drives_backwards_and_behind_a_law(drive: str, sign: int, tmp_path: Path) -> None:
+    """Its speed has the opposite sign then; a law before the physics does not hide what it drives."""
+    assert driven(system_of(edited(HOIST, ("kf*u", drive)), tmp_path)) == [("rail", sign)]
 
 
 @pytest.mark.parametrize(
@@ -86,7 +75,8 @@ def test_a_law_before_the_physics_does_not_hide_what_an_input_drives(tmp_path: P
     ],
 )
 def test_the_stiffness_is_that_of_the_spring_between_the_bodies(old: str, new: str, tmp_path: Path) -> None:
-    system = changed(tmp_path, ("  d: {value: 0.1, unit: N m s/rad}\n", FOUR), (old, new))
+    text = edited(COUPLING, ("  d: {value: 0.1, unit: N m s/rad}\n", FOUR), (old, new))
+    system = system_of(text, tmp_path)
     assert stiffness(system, system.port("shaft")) == sp.Symbol("k", real=True)
 
 
@@ -99,15 +89,77 @@ def test_the_stiffness_is_that_of_the_spring_between_the_bodies(old: str, new: s
         [("(k*twist + d*slip + T)", "(d*slip + T)")],
     ],
 )
-def test_there_is_no_play_without_a_linear_spring_between_the_bodies(
-    changes: list[tuple[str, str]], tmp_path: Path
-) -> None:
-    system = changed(tmp_path, *changes)
+def test_no_play_without_a_linear_spring(changes: list[tuple[str, str]], tmp_path: Path) -> None:
+    system = system_of(edited(COUPLING, *changes), tmp_path)
     assert stiffness(system, system.port("shaft")) is None
     assert not [e for e in effects() if e.variant == "in_spring" and e.places(system)]
 
 
-@pytest.mark.parametrize("file", ["so101/friction_withheld.yaml", "silverbox/hardening_withheld.yaml"])
+@pytest.mark.parametrize("file", ["so101/friction_withheld", "silverbox/hardening_withheld"])
 def test_what_holds_a_single_body_is_no_spring_between_bodies(file: str) -> None:
-    system = read_system(SYSTEMS / file)
+    system = built_in(file)
     assert [stiffness(system, port) for port in system.ports] == [None]
+
+
+@pytest.mark.parametrize(
+    ("file", "port", "text"),
+    [
+        ("withheld/hoist", "rail", "kf*u"),
+        ("withheld/belt_axis", "motor", "i*kf"),
+        ("withheld/pendulum", "joint", "torque"),
+        ("xl330/load_withheld", "horn", "tau_m"),
+        ("so101/friction_withheld", "joint", "clip(k_p*(goal - q), -tau_max, tau_max)"),
+    ],
+)
+def test_the_load_is_the_effort_of_the_inputs(file: str, port: str, text: str) -> None:
+    known = built_in(file)
+    found = load(known, known.port(port))
+    assert found is not None and found[0] == text
+    assert found[1].free_symbols & {*known.u}
+
+
+def test_terms_without_inputs_are_no_load_and_signs_do_not_matter() -> None:
+    hoist = built_in("withheld/hoist")
+    turned = replace(hoist, dynamics=tuple(-f for f in hoist.dynamics))
+    for known in (hoist, turned):
+        found = load(known, known.port("rail"))
+        assert found is not None and found[1] == sp.Mul(*sp.symbols("kf u", real=True))
+
+
+def test_a_port_that_no_input_drives_has_no_load_unless_the_file_names_one() -> None:
+    axis = built_in("withheld/belt_axis")
+    rail = axis.port("rail")
+    assert load(axis, rail) is None
+    tried = {place.name for e in effects() if e.family == "load_friction" for place in e.places(axis)}
+    assert tried == {"motor"}
+    assert load(axis, replace(rail, load="x_c")) == ("x_c", sp.Symbol("x_c", real=True))
+
+
+def test_a_load_that_no_file_can_write_is_none(tmp_path: Path) -> None:
+    (tmp_path / "map.csv").write_text("x,y\n0,0\n1,1\n2,4\n3,9\n")
+    text = edited(HOIST, ("kf*u", "kf*u*diff(map(x/1.0), x)*1.0"))
+    known = system_of(f"{text}tables:\n  map: {{file: map.csv, x: x, y: y}}\n", tmp_path)
+    assert load(known, known.port("rail")) is None
+
+
+def test_a_long_load_is_written_with_the_signals_of_the_file(tmp_path: Path) -> None:
+    """Each gear doubles the length of the load once the gears before it are inserted."""
+    gears = "".join(f"  g{k}: g{k - 1}*(1.0 + 0.1*sin(g{k - 1}/one))\n" for k in range(1, 8))
+    train = system_of(
+        "schema: system/1\nname: train\nstates: {x: {unit: m}, v: {unit: m/s}}\n"
+        "inputs: {u: {unit: V}, w: {unit: N}}\noutputs: {x: {unit: m}}\n"
+        "parameters: {M: {value: 2.0, unit: kg}, kf: {value: 3.0, unit: N/V}, one: {value: 1.0, unit: N},"
+        " b: {value: 1.0, unit: N s/m}}\n"
+        f"signals:\n  g0: kf*u\n{gears}  push: w*atan(g7/one)\n"
+        "ports: {rail: {effort: F, unit: N, position: x, velocity: v}}\n"
+        "dynamics: {x: v, v: (g7 + push - b*v - F)/M}\n",
+        tmp_path,
+    )
+    found = load(train, train.port("rail"))
+    assert found is not None and found[0] == "(g7 + push)"
+    assert parse(found[0], scope_of(train), "") == found[1]
+    for effect in effects():
+        if effect.family == "load_friction":
+            (place,) = effect.places(train)
+            grown = effect.add(train, place, measured(train)).system
+            assert written_again(grown, tmp_path) == grown

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 
 from tests.every import every
+from tests.machines.known import Array, runge_kutta, values_of
 from tests.physics.effects.benches import PERIOD, Case, at_place, cases, measured, system, values
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.effect import PortEffect
 from unmodelled.systems.numeric import numpy_system_function
 
-Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 
 
@@ -38,68 +37,49 @@ def drawn(added: Added, seed: int) -> Array:
 
 def extra(added: Added) -> sp.Expr:
     """The effort that the effect adds."""
-    return sum(
-        (sp.Symbol(n, real=True) * r for n, r in zip(added.amplitudes, added.regressors, strict=True)),
-        sp.S.Zero,
-    )
+    pairs = zip(added.amplitudes, added.regressors, strict=True)
+    return sp.Add(*(sp.Symbol(name, real=True) * regressor for name, regressor in pairs))
+
+
+def ones(added: Added) -> Array:
+    """Constants of the system."""
+    return np.ones(len(added.system.operating_point))
 
 
 @every(lambda: with_power("lost"))
 def test_friction_never_adds_power(case: Case) -> None:
     added = case.added
     assert all(added.bounds[name][0] == 0.0 for name in added.amplitudes)
-    effort = numpy_system_function(added.system, [extra(added)], efforts_zero=True)
     rng = np.random.default_rng(3)
     x = rng.uniform(-1.5, 1.5, (500, len(added.system.states)))
     u = rng.uniform(-1.0, 1.0, (500, 1))
     for seed in range(5):
-        c = np.ones((500, len(added.system.operating_point)))
-        power = effort(0.0, x, u, np.empty(0), drawn(added, seed), c)[:, 0] * x[:, 1]
+        effort = values_of(added.system, [extra(added)], x, u, ones(added), drawn(added, seed))[:, 0]
+        power = effort * x[:, 1]
         assert power.min() >= 0.0
         assert power.max() > 0.0
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """One period of a motion, `n` steps; position, velocity and the rest of the state at half steps too."""
-
-    n: int = 2000
-    duration: float = 1.0
-
-    def state(self, t: Array) -> Array:
-        phase = TURN * t / self.duration
-        x = 0.35 * np.sin(phase + 0.3) + 0.05 * np.sin(2.0 * phase)
-        v = TURN / self.duration * (0.35 * np.cos(phase + 0.3) + 0.1 * np.cos(2.0 * phase))
-        return np.stack([x, v], axis=-1)
+def cycle(t: Array | np.float64) -> Array:
+    """Position and velocity along a motion with a period of 1 s."""
+    x = 0.35 * np.sin(TURN * t + 0.3) + 0.05 * np.sin(2.0 * TURN * t)
+    v = TURN * (0.35 * np.cos(TURN * t + 0.3) + 0.1 * np.cos(2.0 * TURN * t))
+    return np.stack([x, v], axis=-1)
 
 
 def taken(added: Added, p: Array, cycles: int) -> Array:
     """(cycles,) energy that the effect takes out of the system, its memory integrated along the motion."""
-    cycle, grown = Cycle(), added.system
-    h, memory = cycle.duration / cycle.n, len(added.memory)
-    rates = numpy_system_function(grown, [*grown.dynamics[2:], sp.S.Zero], efforts_zero=True)
-    effort = numpy_system_function(grown, [extra(added)], efforts_zero=True)
-    c = np.ones(len(grown.operating_point))
-    z, path = np.zeros(memory), []
-    for t in h * np.arange(cycles * cycle.n):
-        path.append(z)
-        if memory:
-            z = _step(lambda s, m: rates(s, _with(cycle, s, m), np.zeros(1), np.empty(0), p, c)[:-1], t, z, h)
-    t = h * np.arange(cycles * cycle.n)
-    x = np.concatenate([cycle.state(t), np.array(path).reshape(len(t), memory)], axis=1)
-    power = effort(t, x, np.zeros((len(t), 1)), np.empty(0), p, c)[:, 0] * x[:, 1]
-    return h * power.reshape(cycles, -1).sum(1)
+    grown, h = added.system, 1.0 / 2000
+    memory = numpy_system_function(grown, [*grown.dynamics[2:], sp.S.Zero], efforts_zero=True)
 
+    def rates(t: np.float64, z: Array) -> Array:
+        return memory(t, np.concatenate([cycle(t), z]), np.zeros(1), np.empty(0), p, ones(added))[:-1]
 
-def _with(cycle: Cycle, t: float, memory: Array) -> Array:
-    return np.concatenate([cycle.state(np.float64(t)), memory])
-
-
-def _step(f, t, z, h):  # type: ignore[no-untyped-def]
-    k1 = f(t, z)
-    k2 = f(t + h / 2, z + h / 2 * k1)
-    k3 = f(t + h / 2, z + h / 2 * k2)
-    return z + h / 6 * (k1 + 2 * (k2 + k3) + f(t + h, z + h * k3))
+    t, z = h * np.arange(2000 * cycles), np.zeros(len(added.memory))
+    path = runge_kutta(rates, z, t) if added.memory else np.empty((len(t), 0))
+    x = np.concatenate([cycle(t), path], axis=1)
+    effort = values_of(grown, [extra(added)], x, np.zeros((len(t), 1)), ones(added), p, t=t)[:, 0]
+    return h * (effort * x[:, 1]).reshape(cycles, -1).sum(1)
 
 
 @every(lambda: with_power("stored"))
@@ -118,11 +98,9 @@ def test_hysteresis_play_and_stops_take_energy_over_a_cycle(case: Case) -> None:
 def at_rest(added: Added, values: dict[str, float], x: Array) -> Array:
     """The law of a port at positions x and no speed."""
     system = with_numbers(added.system, [added], values)
-    effort = numpy_system_function(system, [at_place(added)], efforts_zero=True)
     state = np.zeros((len(x), len(system.states)))
     state[:, 0] = x
-    c = np.ones((len(x), len(system.operating_point)))
-    return effort(0.0, state, np.zeros((len(x), 1)), np.empty(0), np.array(system.values), c)[:, 0]
+    return values_of(system, [at_place(added)], state, [0.0], ones(added))[:, 0]
 
 
 def pushing(added: Added, seed: int) -> dict[str, float]:
@@ -144,14 +122,10 @@ def test_beyond_the_data_no_law_that_may_push_grows_faster_than_a_line(case: Cas
         assert np.all(far <= 110.0 * near + 10.0 * size), seed
 
 
-@every(lambda: (case for case in on_ports() if case.added.slopes))
-def test_a_fitted_curve_goes_on_straight_and_does_not_fall(case: Case) -> None:
-    for seed in range(6):
-        _check_straight(case, pushing(case.added, seed))
-
-
-def _check_straight(case: Case, numbers: dict[str, float]) -> None:
-    added = case.added
+@every(lambda: ((case, seed) for case in on_ports() if case.added.slopes for seed in range(6)))
+def test_a_fitted_curve_goes_on_straight_and_does_not_fall(each: tuple[Case, int]) -> None:
+    case, seed = each
+    added, numbers = case.added, pushing(case.added, seed)
     (low, high), ends = *added.extent.values(), {p.name: p.value for p in added.system.parameters}
     edges = np.array([ends[low], ends[high]])
     assert_allclose(edges, [-0.33, 0.33], rtol=1e-3)
@@ -161,9 +135,7 @@ def _check_straight(case: Case, numbers: dict[str, float]) -> None:
         beyond = (at_rest(added, numbers, edges + far * out) - at_rest(added, numbers, edges)) / (far * out)
         assert_allclose(beyond, np.maximum(inside, 0.0), rtol=1e-3, atol=1e-6 * np.abs(inside).max())
     within = np.linspace(-0.3, 0.3, 7)
-    plain = sum(
-        numbers[name] * sp.lambdify(THETA, added_by)(within) for name, added_by in _plain(case).items()
-    )
+    plain = sum(numbers[name] * sp.lambdify(THETA, law)(within) for name, law in _plain(case).items())
     assert_allclose(at_rest(added, numbers, within), plain, rtol=1e-9)
 
 
@@ -193,17 +165,16 @@ def _plain(case: Case) -> dict[str, sp.Expr]:
 
 
 def simulated(added: Added, p: Array, seconds: float) -> Array:
-    """(steps, sets of parameters, states) by Runge and Kutta's method, two steps per sample, from rest."""
+    """(samples, sets of parameters, states) by Runge and Kutta's method, two steps per sample, from rest."""
     grown, h = added.system, PERIOD / 2
-    rates = numpy_system_function(grown, list(grown.closed), efforts_zero=True)
-    c = np.ones(len(grown.operating_point))
-    start = numpy_system_function(grown, [s.initial for s in grown.states], efforts_zero=True)
-    z = start(0.0, np.zeros((len(p), len(grown.states))), np.zeros(1), np.empty(0), p, c)
-    path = []
-    for t in h * np.arange(round(seconds / h)):
-        z = _step(lambda s, m: rates(s, m, np.array([np.sin(11.0 * s)]), np.empty(0), p, c), t, z, h)
-        path.append(z)
-    return np.array(path)
+    closed = numpy_system_function(grown, list(grown.closed), efforts_zero=True)
+
+    def rates(t: float, x: Array) -> Array:
+        return closed(t, x, np.array([np.sin(11.0 * t)]), np.empty(0), p, ones(added))
+
+    nowhere = np.zeros((len(p), len(grown.states)))
+    start = values_of(grown, [s.initial for s in grown.states], nowhere, [0.0], ones(added), p)
+    return runge_kutta(rates, start, h * np.arange(round(seconds / h) + 1))
 
 
 @every(lambda: (case for case in cases("pendulum") if case.added.amplitudes))
@@ -237,15 +208,12 @@ def test_an_inertia_error_is_that_much_more_mass(name: str) -> None:
     more = values(added, dM=0.01)
     mass = {"stage": "M", "pendulum": "J"}[name]
     heavy = np.array([p.value + (0.01 if p.name == mass else 0.0) for p in known.parameters])
-    x, u, c = np.array([0.2, -0.4]), np.array([0.7]), np.full(len(known.operating_point), 0.5)
-    found, expected = (
-        numpy_system_function(s, list(s.closed), efforts_zero=True)(0.0, x, u, np.empty(0), p, c)
-        for s, p in ((added.system, more), (known, heavy))
-    )
+    x, u, c = [0.2, -0.4], [0.7], np.full(len(known.operating_point), 0.5)
+    found = values_of(added.system, added.system.closed, x, u, c, more)
+    expected = values_of(known, known.closed, x, u, c, heavy)
     # gravity on the stage is an acceleration of its own, not divided by the mass
-    assert_allclose(
-        found[1], expected[1] + (0.01 / (8.5 + 0.5 + 0.01) if name == "stage" else 0.0), rtol=1e-12
-    )
+    weight = 0.01 / (8.5 + 0.5 + 0.01) if name == "stage" else 0.0
+    assert_allclose(found[1], expected[1] + weight, rtol=1e-12)
 
 
 def test_scales_that_are_measured_lead_to_friction_that_a_sample_does_not_overshoot() -> None:

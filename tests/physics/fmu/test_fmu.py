@@ -7,15 +7,18 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
 import sympy as sp
 from fmpy.validation import validate_fmu
-from numpy.typing import NDArray
 
-from unmodelled import BadInput, System, read_system, write_fmu
+from tests.machines.folders import system_of
+from tests.machines.known import SYSTEMS, Array, built_in
+from tests.physics.robot.mechanisms import system_of as robot_of
+from unmodelled import BadInput, System, write_fmu
 from unmodelled.__main__ import PROGRAM
 from unmodelled.cli.command_line import main
 from unmodelled.diagnosis.gates.fmu import reason_against_fmu
@@ -23,27 +26,17 @@ from unmodelled.engine.fmu.stepper import Stepper
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
 
-Array = NDArray[np.float64]
-SYSTEMS = Path("systems")
-PENDULUM = read_system(SYSTEMS / "pendulum.yaml")
+PENDULUM = built_in("pendulum")
 STEP = 0.004
 RC = """
 schema: system/1
 name: rc_branch
-states:
-  v: {unit: V, initial: R*i}
-inputs:
-  i: {unit: A}
-outputs:
-  u: {unit: V, expression: v + R_0*i}
-operating_point:
-  u_0: {unit: V}
-parameters:
-  R: {value: 2.0, unit: ohm}
-  R_0: {value: 1.0, unit: ohm}
-  C: {value: 0.1, unit: F}
-dynamics:
-  v: (i - (v - u_0)/R)/C
+states: {v: {unit: V, initial: R*i}}
+inputs: {i: {unit: A}}
+outputs: {u: {unit: V, expression: v + R_0*i}}
+operating_point: {u_0: {unit: V}}
+parameters: {R: {value: 2.0, unit: ohm}, R_0: {value: 1.0, unit: ohm}, C: {value: 0.1, unit: F}}
+dynamics: {v: (i - (v - u_0)/R)/C}
 """
 
 
@@ -52,9 +45,8 @@ def simulated(system: System, folder: Path, u: Array, start: Mapping[str, float]
     file = folder / "machine.fmu"
     write_fmu(system, file)
     assert validate_fmu(str(file)) == []
-    held = np.rec.fromarrays(
-        [STEP * np.arange(len(u)), *u.T], names=["time", *(item.name for item in system.inputs)]
-    )
+    names = ["time", *(item.name for item in system.inputs)]
+    held = np.rec.fromarrays([STEP * np.arange(len(u)), *u.T], names=names)
     found = fmpy.simulate_fmu(
         str(file),
         start_values=dict(start),
@@ -66,6 +58,12 @@ def simulated(system: System, folder: Path, u: Array, start: Mapping[str, float]
         fmi_type="CoSimulation",
     )
     return np.stack([found[item.name] for item in system.outputs], 1)
+
+
+def variables(system: System, folder: Path) -> list[Any]:
+    """Variables of the FMU of a system."""
+    write_fmu(system, folder / "machine.fmu")
+    return fmpy.read_model_description(str(folder / "machine.fmu")).modelVariables
 
 
 def held_run(system: System, u: Array, x0: Array) -> Array:
@@ -88,9 +86,7 @@ def test_an_fmu_is_the_free_run(torque: Array, tmp_path: Path) -> None:
 
 
 def test_parameters_and_names_are_those_of_the_system(tmp_path: Path) -> None:
-    write_fmu(PENDULUM, tmp_path / "machine.fmu")
-    variables = fmpy.read_model_description(str(tmp_path / "machine.fmu")).modelVariables
-    found = {v.name: (v.causality, v.start and float(v.start)) for v in variables}
+    found = {v.name: (v.causality, v.start and float(v.start)) for v in variables(PENDULUM, tmp_path)}
     parameters = {p.name: ("parameter", p.value) for p in PENDULUM.parameters}
     starts = {f"start_{s.name}": ("parameter", 0.0) for s in PENDULUM.states}
     sides = {"torque": ("input", 0.0), "theta": ("output", None), "time": ("independent", None)}
@@ -99,9 +95,8 @@ def test_parameters_and_names_are_those_of_the_system(tmp_path: Path) -> None:
 
 def test_an_initial_value_follows_from_the_inputs_and_a_constant_is_a_parameter(tmp_path: Path) -> None:
     """A voltage R*i decays to R*i + u_0 within R*C; i and u_0 are set before the start."""
-    (tmp_path / "rc.yaml").write_text(RC)
     u = np.full((101, 1), 1.5)
-    shown = simulated(read_system(tmp_path / "rc.yaml"), tmp_path, u, {"i": 1.5, "u_0": 0.4})
+    shown = simulated(system_of(RC, tmp_path), tmp_path, u, {"i": 1.5, "u_0": 0.4})
     t = STEP * np.arange(101)
     assert shown[:, 0] == pytest.approx(3.0 + 0.4 * (1.0 - np.exp(-t / 0.2)) + 1.5, abs=1e-9)
 
@@ -147,18 +142,12 @@ CART = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" a
 
 def test_a_constant_of_other_experiments_is_the_start_value(tmp_path: Path) -> None:
     listed = RC.replace("u_0: {unit: V}", "u_0: {unit: V, values: {run1: 0.1}, other: 0.4}")
-    (tmp_path / "rc.yaml").write_text(listed)
-    write_fmu(read_system(tmp_path / "rc.yaml"), tmp_path / "rc.fmu")
-    variables = fmpy.read_model_description(str(tmp_path / "rc.fmu")).modelVariables
-    assert {v.name: v.start for v in variables if v.name == "u_0"} == {"u_0": "0.4"}
+    found = variables(system_of(listed, tmp_path), tmp_path)
+    assert {v.name: v.start for v in found if v.name == "u_0"} == {"u_0": "0.4"}
 
 
 def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> None:
-    (tmp_path / "cart.xml").write_text(CART)
-    (tmp_path / "cart.yaml").write_text(
-        "schema: system/1\nname: cart\nmodel: cart.xml\nparameters: {cart_mass: {}}\n"
-    )
-    system = read_system(tmp_path / "cart.yaml")
+    system = robot_of(tmp_path, CART, "parameters: {cart_mass: {}}\n")
     write_fmu(system, tmp_path / "cart.fmu")
     with pytest.raises(BadInput, match=r"cart\.mass would be -1 kg, which is never negative"):
         write_fmu(system.with_values({"cart_mass": -1.0}), tmp_path / "wrong.fmu")
@@ -170,9 +159,8 @@ def test_an_fmu_that_says_something_else_or_runs_otherwise_is_not_written(tmp_pa
     assert reason_against_fmu(PENDULUM, tmp_path / "machine.fmu") == ""
     heavier = PENDULUM.with_values({"J": 0.3})
     assert "gives J the value" in reason_against_fmu(heavier, tmp_path / "machine.fmu")
-    raised = replace(
-        PENDULUM, states=(replace(PENDULUM.states[0], initial=sp.Float(0.2)), PENDULUM.states[1])
-    )
+    theta, omega = PENDULUM.states
+    raised = replace(PENDULUM, states=(replace(theta, initial=sp.Float(0.2)), omega))
     reason = reason_against_fmu(raised, tmp_path / "machine.fmu")
     assert reason == "it does not run as the system does; please report this line"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -14,14 +13,11 @@ from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.rollout import Measured, rollout
+from unmodelled.learning.structures import physics_only
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 Results = dict[str, Tensor]
-FILES = sorted((Path(__file__).parents[3] / "systems").glob("*.yaml"))
-NAMES = [path.stem for path in FILES]
-
 #: Euler and RK4, both holds, one to three substeps.
 INTEGRATIONS = (
     Integration(2e-4, "euler"),
@@ -29,10 +25,6 @@ INTEGRATIONS = (
     Integration(2e-4, "rk4", substeps=2),
     Integration(2e-4, "rk4", hold=1.0),
 )
-
-
-def built_in(name: str) -> System:
-    return read_system(FILES[NAMES.index(name)])
 
 
 @dataclass(frozen=True)
@@ -54,13 +46,11 @@ def problem(
     draw, system = generator.normal, structure.system
     lengths = [steps + 3, 2 * steps + 1, steps + 9]
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    n = int(offsets[-1])
+    n, first = int(offsets[-1]), (0.0, 3.0, 0.7)
     data = Measured(
         x=draw(size=(n, len(system.states))),
         u=draw(size=(n, len(system.inputs))),
-        t=np.concatenate(
-            [start + period * np.arange(k) for start, k in zip((0.0, 3.0, 0.7), lengths, strict=True)]
-        ),
+        t=np.concatenate([start + period * np.arange(k) for start, k in zip(first, lengths, strict=True)]),
         c=generator.uniform(0.3, 1.5, (3, len(system.operating_point))),
         owner=np.repeat(np.arange(3), lengths),
         offsets=offsets,
@@ -84,6 +74,20 @@ def model(structure: Augmented, generator: np.random.Generator, batch: int = 2) 
         torch.tensor(generator.uniform(0.5, 2.0, (batch, networks))),
         torch.tensor(generator.normal(size=(batch, structure.size))),
     )
+
+
+def bare(system: System) -> Nnap:
+    """The physics of a system alone, of which nothing is trained."""
+    nothing = torch.empty(1, 0)
+    structure = physics_only()(system, ()).structure
+    return Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
+
+
+def one_run(u: Array, period: float, states: int = 2) -> Measured:
+    """One experiment with inputs (samples, inputs), whose states and constants are not measured."""
+    n = len(u)
+    x, t = np.zeros((n, states)), period * np.arange(n)
+    return Measured(x, u, t, np.empty((1, 0)), np.zeros(n, np.int64), np.array([0, n]))
 
 
 def by_kernel(given: Problem, member: int, how: Integration) -> Results:

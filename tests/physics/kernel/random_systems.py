@@ -12,86 +12,35 @@ from unmodelled.systems.model import Constant, Input, Parameter, Port, State, Sy
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.tables import Table
 
+
+def _entries(text: str) -> tuple[str, ...]:
+    return tuple(entry.strip() for entry in text.split(";"))
+
+
 #: Names that generated code, or what it stands in, could have for itself.
-NAMES = (
-    *(
-        "w",
-        "p",
-        "i",
-        "np",
-        "math",
-        "evaluate",
-        "lam0",
-        "x0",
-        "q",
-        "LANES",
-        "step",
-        "sgn",
-        "absolute",
-        "lookup",
-    ),
-    *(
-        "torch",
-        "dx",
-        "pull",
-        "a",
-        "z",
-        "numba",
-        "table_0_0",
-        "select",
-        "minimum",
-        "p0",
-        "sqr",
-        "Piecewise",
-        "E",
-        "I",
-    ),
+NAMES = _entries(
+    """
+    w; p; i; np; math; evaluate; lam0; x0; q; LANES; step; sgn; absolute; lookup; torch; dx; pull; a; z;
+    numba; table_0_0; select; minimum; p0; sqr; Piecewise; E; I
+    """
 )
 #: Bounded or slowly growing, so that a free run stays where it starts; a, b and c are expressions.
-SMOOTH = (
-    *(
-        "sin({a})",
-        "cos({a})",
-        "tanh({a})",
-        "atan({a})",
-        "exp(-({a})**2)",
-        "sqrt(1 + ({a})**2)",
-        "{a}*sin({b})",
-    ),
-    *(
-        "({a})/(1 + ({b})**2)",
-        "log(1 + ({a})**2)",
-        "asin(0.9*sin({a}))",
-        "acos(0.8*cos({a}))",
-        "tan(0.5*sin({a}))",
-    ),
-    *(
-        "sinh(tanh({a}))",
-        "cosh(sin({a}))",
-        "atan2(sin({a}), cos({b}))",
-        "sin({a})**3",
-        "(1 + ({a})**2)**-1.5",
-    ),
-    *(
-        "(2 + sin({a}))**1.7",
-        "(2 + cos({a}))**sin({b})",
-        "(1 + ({a})**2)**0.25",
-        "0.5*({a}) - 1.5*({b})",
-        "-({a})",
-    ),
-    *("1/(1.5 + sin({a}))", "2**tanh({a})", "(3 + tanh({a}))**-2", "smooth({a})", "diff(sin({a})*{s}, {s})"),
+SMOOTH = _entries(
+    """
+    sin({a}); cos({a}); tanh({a}); atan({a}); exp(-({a})**2); sqrt(1 + ({a})**2); {a}*sin({b});
+    ({a})/(1 + ({b})**2); log(1 + ({a})**2); asin(0.9*sin({a})); acos(0.8*cos({a})); tan(0.5*sin({a}));
+    sinh(tanh({a})); cosh(sin({a})); atan2(sin({a}), cos({b})); sin({a})**3; (1 + ({a})**2)**-1.5;
+    (2 + sin({a}))**1.7; (2 + cos({a}))**sin({b}); (1 + ({a})**2)**0.25; 0.5*({a}) - 1.5*({b}); -({a});
+    1/(1.5 + sin({a})); 2**tanh({a}); (3 + tanh({a}))**-2; smooth({a}); diff(sin({a})*{s}, {s})
+    """
 )
-CORNERS = (
-    *("abs({a})", "sign({a})*({b})", "min({a}, {b}, {c})", "max({a}, {b})", "floor({a})", "mod({a}, 1.3)"),
-    *("clip({a}, -0.7, {b})", "heaviside({a})", "where({a} > {b}, {c}, 0.1)", "({a} >= {b}) - ({b} <= {c})"),
-    *(
-        "({a} != {b})*sin({c})",
-        "where({a} == {b}, 1, 2)",
-        "({a} < {b})*({c})",
-        "bent({a})",
-        "diff(bent({s}), {s})",
-    ),
-    *("where({a} > 0, 0.1, 0.3)", "diff(smooth({a}*{s}), {s})", "floor(3*sin({a}))**3"),
+CORNERS = _entries(
+    """
+    abs({a}); sign({a})*({b}); min({a}, {b}, {c}); max({a}, {b}); floor({a}); mod({a}, 1.3);
+    clip({a}, -0.7, {b}); heaviside({a}); where({a} > {b}, {c}, 0.1); ({a} >= {b}) - ({b} <= {c});
+    ({a} != {b})*sin({c}); where({a} == {b}, 1, 2); ({a} < {b})*({c}); bent({a}); diff(bent({s}), {s});
+    where({a} > 0, 0.1, 0.3); diff(smooth({a}*{s}), {s}); floor(3*sin({a}))**3
+    """
 )
 
 
@@ -109,11 +58,8 @@ class _Expressions:
             return str(self.generator.choice([*leaves, f"{self.generator.normal():.3f}"]))
         template = self.texts[self.used % len(self.texts)]
         self.used += 1
-        deep = {
-            key: self.draw(leaves, int(self.generator.integers(depth)))
-            for key in "abc"
-            if f"{{{key}}}" in template
-        }
+        needed = (key for key in "abc" if f"{{{key}}}" in template)
+        deep = {key: self.draw(leaves, int(self.generator.integers(depth))) for key in needed}
         return template.format(**deep, s=self.generator.choice(self.states))
 
 

@@ -1,24 +1,28 @@
-"""Generated code computes what the symbolic equations say."""
+"""Generated code and its functions of one number compute what the symbolic equations say."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
+import numba
 import numpy as np
 import pytest
 import sympy as sp
 
+from tests.machines.known import EMPTY, Array
 from tests.physics.kernel.problems import assert_equal, problem
 from tests.physics.kernel.random_systems import CORNERS, SMOOTH, random_structure
+from unmodelled.engine.compiled import scalars
 from unmodelled.engine.compiled.printer import ScalarPrinter
 from unmodelled.engine.compiled.source import source
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.systems import functions as f
-from unmodelled.systems.model import TIME, Parameter, Port, State, System, symbol
+from unmodelled.systems.model import TIME, Parameter, Port, State, symbol
 from unmodelled.systems.operations import FUNCTIONS
 from unmodelled.systems.tables import Table
 
@@ -38,54 +42,21 @@ def test_random_systems_use_every_function() -> None:
     words = set(re.findall(r"[a-z]\w*(?=\()", " ".join((*SMOOTH, *CORNERS))))
     assert words >= set(FUNCTIONS)
     drawn = [random_structure(seed) for seed in SEEDS]
-    used = {
-        type(a)
-        for model in drawn
-        for e in (*model.system.closed, *model.inputs)
-        for a in e.atoms(sp.Function)
-    }
-    theirs = {
-        sp.sin,
-        sp.cos,
-        sp.tan,
-        sp.asin,
-        sp.acos,
-        sp.atan,
-        sp.atan2,
-        sp.sinh,
-        sp.cosh,
-        sp.tanh,
-        sp.exp,
-        sp.log,
-    }
-    ours = {
-        f.sgn,
-        f.step,
-        f.whole,
-        f.greater,
-        f.at_least,
-        f.equal,
-        f.absolute,
-        f.minimum,
-        f.maximum,
-        f.select,
-    }
-    assert used == theirs | ours | {f.lookup}
+    written = [e for model in drawn for e in (*model.system.closed, *model.inputs)]
+    used = {type(a).__name__ for e in written for a in e.atoms(sp.Function)}
+    theirs = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"}
+    ours = {"sgn", "step", "whole", "greater", "at_least", "equal", "absolute", "minimum", "maximum"}
+    assert used == theirs | ours | {"select", "lookup"}
 
 
-def system(expression: sp.Expr, value: float = 1.0) -> Augmented:
+def system(expression: sp.Expr) -> Augmented:
     """x' = expression - F."""
-    made = System(
-        "one",
-        (State("x", "m"),),
-        (),
-        (),
-        (),
-        (Parameter("k", "N", value),),
-        (Port("end", "F", "m/s", "x"),),
-        (),
-        {},
-        (expression - F,),
+    made = replace(
+        EMPTY,
+        states=(State("x", "m"),),
+        parameters=(Parameter("k", "N", 1.0),),
+        ports=(Port("end", "F", "m/s", "x"),),
+        dynamics=(expression - F,),
     )
     return Augmented(made, (), ("k",))
 
@@ -102,9 +73,8 @@ def test_powers(power: sp.Expr) -> None:
 
 def test_nothing_that_a_user_wrote_stands_in_the_code() -> None:
     structure = random_structure(1)
-    names = {
-        s.name for s in (*structure.system.x, *structure.system.p, *structure.system.u, *structure.system.e)
-    }
+    given = structure.system
+    names = {s.name for s in (*given.x, *given.p, *given.u, *given.e)}
     named = {symbol(name): symbol(f"zebra_{k}") for k, name in enumerate(sorted(names))}
     marked = _renamed(structure, named)
     text = source(marked)
@@ -122,14 +92,12 @@ def _renamed(structure: Augmented, named: dict[sp.Symbol, sp.Symbol]) -> Augment
         group: tuple(replace(part, name=new(part.name)) for part in getattr(system, group))
         for group in ("states", "inputs", "operating_point", "parameters")
     }
-    ports = tuple(
-        replace(port, effort=new(port.effort), law=port.law and port.law.xreplace(named))
-        for port in system.ports
-    )
+    laws = [port.law and port.law.xreplace(named) for port in system.ports]
+    known = zip(system.ports, laws, strict=True)
+    ports = tuple(replace(port, effort=new(port.effort), law=law) for port, law in known)
     dynamics = tuple(d.xreplace(named) for d in system.dynamics)
-    networks = tuple(
-        replace(n, inputs=tuple(q.xreplace(named) for q in n.inputs)) for n in structure.networks
-    )
+    inputs = [tuple(q.xreplace(named) for q in n.inputs) for n in structure.networks]
+    networks = tuple(replace(n, inputs=q) for n, q in zip(structure.networks, inputs, strict=True))
     changed = replace(system, **groups, ports=ports, dynamics=dynamics)
     return Augmented(changed, networks, tuple(new(name) for name in structure.trainable))
 
@@ -140,9 +108,8 @@ def test_tables_and_all_their_derivatives(kind: Literal["cubic", "linear"]) -> N
     table = Table("curve", (-1.5, -0.5, 0.1, 0.9, 1.3), (0.0, 1.0, 0.2, 1.0, 3.0), kind)
     value = f.lookup(0, x, 0)
     expressions = [sp.diff(value, x, order) for order in range(5)]
-    made = system(
-        sum((sp.Rational(1, 2 + k) * e for k, e in enumerate(expressions)), p * f.lookup(0, p * x, 0))
-    )
+    terms = [sp.Rational(1, 2 + k) * e for k, e in enumerate(expressions)]
+    made = system(sum(terms, p * f.lookup(0, p * x, 0)))
     structure = Augmented(replace(made.system, tables=(table,)), (), ("k",))
     given = problem(structure, windows=40, steps=2, period=0.001)
     assert given.x0.min() < -1.5 and given.x0.max() > 1.3
@@ -166,3 +133,65 @@ def test_odd_expressions(expression: sp.Expr) -> None:
     given = problem(system(expression), windows=5, steps=2, period=0.02)
     given.x0[:] = 0.3 + np.abs(given.x0)
     assert_equal(given, Integration(0.02, "rk4"))
+
+
+Function = Callable[[float], float]
+
+
+def mapped(function: Function, x: Array) -> Array:
+    """`function` of every number, in a loop that is vectorised as in a kernel."""
+
+    @numba.njit(error_model="numpy", fastmath={"contract", "nsz"})
+    def loop(x, y):  # type: ignore[no-untyped-def]
+        for i in range(len(x)):
+            y[i] = function(x[i])
+
+    y = np.empty_like(x)
+    loop(x, y)
+    return y
+
+
+@pytest.mark.parametrize(("function", "expected"), [(scalars.sin, np.sin), (scalars.cos, np.cos)])
+def test_sine_and_cosine(function: Function, expected: Callable[[Array], Array]) -> None:
+    generator = np.random.default_rng(0)
+    near = np.arange(-6300, 6300) * np.pi / 4
+    wide, narrow = generator.uniform(-1e4, 1e4, 100_000), generator.uniform(-7.0, 7.0, 100_000)
+    beside = np.nextafter(near, np.inf), np.nextafter(near, -np.inf)
+    x = np.concatenate([wide, narrow, near, *beside, 10.0 ** np.arange(-300.0, 0.0, 3.0), [0.0]])
+    assert np.abs(x).max() <= 1e4
+    error = np.abs(mapped(function, x) - expected(x))
+    assert error.max() < 4e-16
+    # and relative, down to the zeros
+    assert (error <= 1e-15 * np.abs(expected(x))).all()
+
+
+def test_nan_stays_nan_and_infinity_has_no_sine() -> None:
+    for function in (scalars.sin, scalars.cos, scalars.whole, scalars.absolute):
+        assert math.isnan(function(math.nan))
+    for function in (scalars.sin, scalars.cos):
+        assert math.isnan(function(math.inf)) and math.isnan(function(-math.inf))
+    for function in (scalars.minimum, scalars.maximum):
+        assert math.isnan(function(math.nan, 1.0)) and math.isnan(function(1.0, math.nan))
+
+
+@pytest.mark.parametrize("x", [-2.5, -1.0, -1e-300, 0.0, 0.7, 3.0, 1e19, -1e300])
+def test_floor_of_any_size(x: float) -> None:
+    assert scalars.whole(x) == np.floor(x)
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        ([scalars.sgn(x) for x in (-2.0, 0.0, 3.0)], [-1.0, 0.0, 1.0]),
+        ([scalars.step(x) for x in (-2.0, 0.0, 3.0)], [0.0, 0.5, 1.0]),
+        ([scalars.greater(x, 1.0) for x in (0.0, 1.0, 2.0)], [0.0, 0.0, 1.0]),
+        ([scalars.at_least(x, 1.0) for x in (0.0, 1.0, 2.0)], [0.0, 1.0, 1.0]),
+        ([scalars.equal(x, 1.0) for x in (0.0, 1.0, 2.0)], [0.0, 1.0, 0.0]),
+        ([scalars.absolute(x) for x in (-2.0, 0.0, 3.0)], [2.0, 0.0, 3.0]),
+        ([scalars.minimum(x, 1.0) for x in (0.0, 1.0, 2.0)], [0.0, 1.0, 1.0]),
+        ([scalars.maximum(x, 1.0) for x in (0.0, 1.0, 2.0)], [1.0, 1.0, 2.0]),
+        ([scalars.select(x, 5.0, 7.0) for x in (-1.0, 0.0, 1.0)], [5.0, 7.0, 5.0]),
+    ],
+)
+def test_corners(found: list[float], expected: list[float]) -> None:
+    assert found == expected

@@ -1,4 +1,4 @@
-"""Compiled event times are those of the numpy reference, of closed forms and of an adaptive integrator."""
+"""Event times, compiled and by numpy: those of closed forms, of an adaptive integrator, and of each other."""
 
 from __future__ import annotations
 
@@ -6,15 +6,14 @@ import re
 from dataclasses import replace
 from functools import cache
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from tests.machines.known import EMPTY, Array, built_in
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.cascade import SHARED, Cascade
@@ -22,34 +21,105 @@ from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.systems import experiments, phases
 from unmodelled.systems.experiments import Experiments
-from unmodelled.systems.model import TIME, Constant, Event, Parameter, State, System, symbol
+from unmodelled.systems.model import TIME, Constant, Event, Input, Parameter, Port, State, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
-SYSTEMS = Path(__file__).parents[3] / "systems"
-CLUTCH, UNCERTAIN = "shift", ("p_hc0", "z_p")
+h, v, g, u, F, top, x, k = (symbol(name) for name in ("h", "v", "g", "u", "F", "top", "x", "k"))
+#: A stone falls into water: there it sinks at the speed that it has.
+STONE = replace(
+    EMPTY,
+    states=(State("h", "m"), State("v", "m/s")),
+    inputs=(Input("u", "m/s^2", "u"),),
+    operating_point=(Constant("top", "m"),),
+    parameters=(Parameter("g", "m/s^2", 9.0),),
+    ports=(Port("stone", "F", "m/s^2", law=0 * h),),
+    dynamics=(v, u - g - F),
+    events=(Event("water", h + top, (v, F)),),
+)
+
+
+def falls(tops: list[float], samples: int = 201) -> Experiments:
+    none = np.zeros((len(tops), samples, 1))
+    return Experiments(none, 0.01, np.array(tops)[:, None], np.zeros((len(tops), 2)))
+
+
+def test_both_phases_of_a_falling_stone() -> None:
+    """Parabolas are exact for the method, wherever in a step the water is."""
+    theta = np.array([[0.7], [1.0], [1.3]])
+    runs = falls([0.5, 1.234, 50.0])
+    found = phases.trajectories(STONE, "water", ("g",), theta, runs, 0.02)
+    assert found.x.shape == (3, 3, 101, 2)
+    time = np.sqrt(2.0 * runs.c[:, 0] / (9.0 * theta))
+    np.testing.assert_allclose(found.time[:, :2], time[:, :2], rtol=0.0, atol=1e-12)
+    assert np.isnan(found.time[:, 2]).all()
+    until = np.minimum(found.t, time[..., None])
+    speed = -9.0 * theta[..., None] * until
+    np.testing.assert_allclose(found.x[..., 1], speed, rtol=0.0, atol=1e-10)
+    height = 0.5 * speed * until + speed * (found.t - until)
+    np.testing.assert_allclose(found.x[..., 0], height, rtol=0.0, atol=1e-10)
+
+
+def test_times_alone_are_those_of_the_trajectories() -> None:
+    theta, runs = np.array([[0.9], [1.1]]), falls([0.5, 3.0])
+    found = phases.event_times(STONE, "water", ("g",), theta, runs, 0.05)
+    np.testing.assert_array_equal(found, phases.trajectories(STONE, "water", ("g",), theta, runs, 0.05).time)
+
+
+def test_inputs_run_along_straight_lines() -> None:
+    """u rises with 6 m/s^3 from zero: v = 3 t^2 - g t, also in steps of three samples."""
+    runs = falls([0.2])
+    ramp = replace(runs, u=6.0 * runs.period * np.arange(201.0)[None, :, None])
+    found = phases.trajectories(STONE, "water", ("g",), np.ones((1, 1)), ramp, 0.03)
+    before = found.t < found.time[0, 0]
+    assert before.sum() > 5
+    speed = 3.0 * found.t**2 - 9.0 * found.t
+    np.testing.assert_allclose(found.x[0, 0, before, 1], speed[before], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(ramp.input(0.0137), [[6.0 * 0.0137]])
+    np.testing.assert_allclose(ramp.input(np.array([[0.5], [7.0]])), [[[3.0]], [[12.0]]])
+
+
+def test_without_another_phase_the_motion_goes_on() -> None:
+    system = replace(STONE, events=(Event("passes", h + top),))
+    found = phases.trajectories(system, "passes", ("g",), np.ones((1, 1)), falls([0.5]), 0.02)
+    np.testing.assert_allclose(found.x[0, 0, :, 0], -4.5 * found.t**2, rtol=0.0, atol=1e-10)
+
+
+def test_the_locked_shafts_of_the_clutch_turn_together() -> None:
+    """From the event on, and with the momentum that they have (eq. 3.20)."""
+    system = built_in("clutch")
+    t = np.arange(801) * 0.005
+    current = np.where(t < 0.172, 0.35, np.minimum(0.121 + 0.231 * t, 0.6))[None, :, None]
+    runs = Experiments(current, 0.005, np.array([[140.0, 60.0]]), np.array([[2e4, 0.0, 0.0, 139.86, 0.0]]))
+    found = phases.trajectories(system, "shift", ("p_hc0", "z_p"), np.ones((1, 2)), runs, 0.005)
+    slip = found.x[0, 0, :, 3] - 2.5 * found.x[0, 0, :, 4]
+    after = found.t > found.time[0, 0]
+    assert 0.1 < after.mean() < 0.9
+    assert slip[~after].min() > 0.0
+    np.testing.assert_allclose(slip[after], 0.0, atol=1e-5)
+    assert np.abs(np.diff(found.x[0, 0, :, 3])).max() < 2.0
+
+
+def test_what_is_uncertain_is_a_multiple() -> None:
+    p = experiments.scaled_parameters(STONE, ("g",), np.array([[0.5], [2.0]]))
+    np.testing.assert_array_equal(p, [[4.5], [18.0]])
+
+
+UNCERTAIN = ("p_hc0", "z_p")
+CLUTCH = built_in("clutch")
+SHIFT = CLUTCH, "shift", UNCERTAIN
 PERIOD = 0.001
-x, k, v = symbol("x"), symbol("k"), symbol("v")
 
 
 @cache
-def clutch() -> System:
-    return read_system(SYSTEMS / "clutch.yaml")
-
-
-@cache
-def engagements(profiles: int = 2) -> Experiments:
+def engagements() -> Experiments:
     """A fill pulse, then a level that rises to a limit (fig. 3.7); three motor speeds, two brakes."""
     t = np.arange(4001) * PERIOD
-    settings = [(0.108, 0.097, 0.116), (0.236, 0.146, 0.231), (0.172, 0.121, 0.231)][:profiles]
+    settings = [(0.108, 0.097, 0.116), (0.236, 0.146, 0.231)]
     u = np.array([np.where(t < u1, 0.35, np.minimum(u2 + u3 * (t - u1), 0.6)) for u1, u2, u3 in settings])
     c = np.array(list(product(np.pi / 30.0 * np.array([1200.0, 1350.0, 1500.0]), (10.0, 60.0))))
     start = np.zeros((6, 5))
     start[:, 0], start[:, 3] = 2.0e4, 0.999 * c[:, 0]
-    return Experiments(
-        u.repeat(6, 0)[:, :, None], PERIOD, np.tile(c, (profiles, 1)), np.tile(start, (profiles, 1))
-    )
+    return Experiments(u.repeat(6, 0)[:, :, None], PERIOD, np.tile(c, (2, 1)), np.tile(start, (2, 1)))
 
 
 def of(
@@ -67,8 +137,8 @@ def samples(n: int, seed: int = 0) -> Array:
 @pytest.mark.long
 def test_clutch_equals_reference() -> None:
     """With steps of one period; the kernel takes half as long ones for pressure and piston."""
-    found = of(clutch(), CLUTCH, UNCERTAIN, engagements(), PERIOD)(samples(2))
-    expected = phases.event_times(clutch(), CLUTCH, UNCERTAIN, samples(2), engagements(), PERIOD)
+    found = of(*SHIFT, engagements(), PERIOD)(samples(2))
+    expected = phases.event_times(*SHIFT, samples(2), engagements(), PERIOD)
     assert np.isfinite(expected).all()
     assert np.ptp(expected) > 0.3
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
@@ -76,10 +146,10 @@ def test_clutch_equals_reference() -> None:
 
 @pytest.mark.long
 def test_clutch_equals_adaptive_integration() -> None:
-    system, runs = clutch(), engagements()
+    system, runs = CLUTCH, engagements()
     rates = numpy_system_function(system, system.closed, efforts_zero=True)
     theta = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.95]])
-    found = of(system, CLUTCH, UNCERTAIN, runs, 0.004)(theta)
+    found = of(*SHIFT, runs, 0.004)(theta)
     p = experiments.scaled_parameters(system, UNCERTAIN, theta)
     for sample, run in ((0, 0), (1, 4), (2, 11)):
         one = runs.only([run])
@@ -92,18 +162,17 @@ def test_clutch_equals_adaptive_integration() -> None:
 
         slip.terminal = True  # type: ignore[attr-defined]
         end = found[sample, run] + 0.1
-        solution = solve_ivp(
-            right, (0.0, end), one.x0[0], "DOP853", max_step=0.002, rtol=1e-8, atol=1e-8, events=slip
-        )
+        how = {"method": "DOP853", "max_step": 0.002, "rtol": 1e-8, "atol": 1e-8, "events": slip}
+        solution = solve_ivp(right, (0.0, end), one.x0[0], **how)
         assert found[sample, run] == pytest.approx(solution.t_events[0][0], abs=2e-4)
 
 
 def test_innermost_loop_of_the_clutch_is_short() -> None:
     """Two shared values, two states, nothing that could be computed outside, and no division."""
-    cascade = Cascade.of(clutch(), clutch().events[0], UNCERTAIN)
+    cascade = Cascade.of(CLUTCH, CLUTCH.events[0], UNCERTAIN)
     assert (cascade.driven, cascade.shared, cascade.own) == ((0, 1, 2), (), (3, 4))
     assert len(cascade.parts[SHARED]) == 2
-    advance = CascadeSource(clutch(), cascade).text().split("def advance")[1].split("@jit")[0]
+    advance = CascadeSource(CLUTCH, cascade).text().split("def advance")[1].split("@jit")[0]
     assert "/" not in advance.split("while k < stop")[1]
 
 
@@ -131,7 +200,7 @@ def test_random_systems_equal_reference(seed: int) -> None:
 @pytest.mark.parametrize("name", ["pendulum", "slider_crank"])
 def test_system_files_equal_reference(name: str) -> None:
     """No operating point: every state is shared by experiments that start alike."""
-    system = read_system(SYSTEMS / f"{name}.yaml")
+    system = built_in(name)
     system = replace(system, events=(Event("passes", sp.Float(2.0) - system.x[0]),))
     t = np.arange(401) * 0.002
     u = np.stack([1.0 + np.sin(9.0 * t), 2.0 + np.cos(5.0 * t)])[:, :, None]
@@ -145,9 +214,9 @@ def test_system_files_equal_reference(name: str) -> None:
 
 def one_state(rate: sp.Expr, event: sp.Expr, value: float = 1.0) -> System:
     """x' = rate(x, t, k, v); k is a parameter, v an operating point."""
-    parameters, points = (Parameter("k", "1", value),), (Constant("v", "1"),)
-    events = (Event("falls", event),)
-    return System("one", (State("x", "1"),), (), (), points, parameters, (), (), {}, (rate,), events=events)
+    points, parameters, events = Constant("v", "1"), Parameter("k", "1", value), Event("falls", event)
+    parts = {"operating_point": (points,), "parameters": (parameters,), "events": (events,)}
+    return replace(EMPTY, states=(State("x", "1"),), dynamics=(rate,), **parts)
 
 
 def still(v: list[float], x0: list[float], duration: float = 4.0, period: float = 0.01) -> Experiments:
@@ -189,23 +258,23 @@ def test_a_log_says_nothing_after_its_end() -> None:
 
 def test_samples_threads_and_company_make_no_difference() -> None:
     theta, runs = samples(100, seed=3), engagements()
-    whole = of(clutch(), CLUTCH, UNCERTAIN, runs, 0.004, threads=2)(theta)
-    np.testing.assert_array_equal(of(clutch(), CLUTCH, UNCERTAIN, runs, 0.004, threads=1)(theta), whole)
-    alone = of(clutch(), CLUTCH, UNCERTAIN, runs.only([8]), 0.004)
+    whole = of(*SHIFT, runs, 0.004, threads=2)(theta)
+    np.testing.assert_array_equal(of(*SHIFT, runs, 0.004, threads=1)(theta), whole)
+    alone = of(*SHIFT, runs.only([8]), 0.004)
     np.testing.assert_array_equal(alone(theta[::-7]), whole[::-7, 8:9])
     assert whole.shape == (100, 12)
     assert alone(theta[:0]).shape == (0, 1)
 
 
 def test_the_step_that_is_chosen_is_long_and_good_enough() -> None:
-    chosen = of(clutch(), CLUTCH, UNCERTAIN, engagements())
+    chosen = of(*SHIFT, engagements())
     assert chosen.step > PERIOD
-    finest = of(clutch(), CLUTCH, UNCERTAIN, engagements(), PERIOD)
+    finest = of(*SHIFT, engagements(), PERIOD)
     np.testing.assert_allclose(chosen(samples(40)), finest(samples(40)), rtol=0.0, atol=2e-4)
 
 
 def test_bounds_are_multiples() -> None:
-    found = of(clutch(), CLUTCH, UNCERTAIN, engagements(), 0.004)
+    found = of(*SHIFT, engagements(), 0.004)
     np.testing.assert_allclose(found.bounds, [[0.7, 1.3], [0.4, 1.15]])
 
 
@@ -243,37 +312,36 @@ def test_nothing_that_a_user_wrote_stands_in_the_code() -> None:
     ("event", "uncertain", "step", "message"),
     [
         ("shif", UNCERTAIN, 0.004, "system clutch: has no event 'shif'; did you mean 'shift'?"),
-        (CLUTCH, ("p_hc0", "zp"), 0.004, "system clutch: has no parameter 'zp'; did you mean 'z_p'?"),
-        (CLUTCH, ("z_p", "z_p"), 0.004, "system clutch: parameter 'z_p' is named twice: name it once"),
+        ("shift", ("p_hc0", "zp"), 0.004, "system clutch: has no parameter 'zp'; did you mean 'z_p'?"),
+        ("shift", ("z_p", "z_p"), 0.004, "system clutch: parameter 'z_p' is named twice: name it once"),
         (
-            CLUTCH,
+            "shift",
             ("c2",),
             0.004,
-            "system clutch: parameter 'c2' is zero, and so is every multiple of it: give it another value, "
-            "or hold it fixed",
+            "system clutch: parameter 'c2' is zero, and so is every multiple of it: give it another "
+            "value, or hold it fixed",
         ),
-        (CLUTCH, UNCERTAIN, 0.0, "step must be a multiple of the period 0.001 s, got 0.0"),
-        (CLUTCH, UNCERTAIN, -0.004, "step must be a multiple of the period 0.001 s, got -0.004"),
-        (CLUTCH, UNCERTAIN, 0.0035, "step must be a multiple of the period 0.001 s, got 0.0035"),
-        (CLUTCH, UNCERTAIN, np.nan, "step must be a multiple of the period 0.001 s, got nan"),
+        *(
+            ("shift", UNCERTAIN, step, f"step must be a multiple of the period 0.001 s, got {step}")
+            for step in (0.0, -0.004, 0.0035, np.nan)
+        ),
     ],
 )
 def test_bad_arguments_are_named(event: str, uncertain: tuple[str, ...], step: float, message: str) -> None:
     with pytest.raises(BadInput, match=f"^{re.escape(message)}$"):
-        of(clutch(), event, uncertain, engagements(), step)
+        of(CLUTCH, event, uncertain, engagements(), step)
 
 
 def test_numbers_must_be_finite_and_fit() -> None:
     runs = engagements()
     u = runs.u.copy()
     u[7, 3] = np.nan
-    with pytest.raises(
-        BadInput, match=r"^experiment 8: the input has a value that is not finite: correct its log$"
-    ):
-        EventTimes.of(clutch(), CLUTCH, UNCERTAIN, u, PERIOD, runs.c, runs.x0, 0.004)
+    words = r"^experiment 8: the input has a value that is not finite: correct its log$"
+    with pytest.raises(BadInput, match=words):
+        EventTimes.of(*SHIFT, u, PERIOD, runs.c, runs.x0, 0.004)
     with pytest.raises(BadInput, match=r"^period must be a positive number of seconds, got 0.0$"):
-        EventTimes.of(clutch(), CLUTCH, UNCERTAIN, runs.u, 0.0, runs.c, runs.x0, 0.004)
+        EventTimes.of(*SHIFT, runs.u, 0.0, runs.c, runs.x0, 0.004)
     with pytest.raises(ValueError, match=r"^theta must be \(samples, 2\), got \(1, 3\)$"):
-        of(clutch(), CLUTCH, UNCERTAIN, runs, 0.004)(np.ones((1, 3)))
+        of(*SHIFT, runs, 0.004)(np.ones((1, 3)))
     with pytest.raises(ValueError, match=r"^12 inputs, 11 constants and 12 starts$"):
-        EventTimes.of(clutch(), CLUTCH, UNCERTAIN, runs.u, PERIOD, runs.c[:11], runs.x0, 0.004)
+        EventTimes.of(*SHIFT, runs.u, PERIOD, runs.c[:11], runs.x0, 0.004)

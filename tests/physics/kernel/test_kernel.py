@@ -12,26 +12,22 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from tests.machines.known import EMPTY
 from unmodelled.base.compiling import remove_doubtful
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled import compiled
 from unmodelled.engine.compiled.compiled import cache_folders, kernel
 from unmodelled.engine.compiled.structure import Augmented, Network
-from unmodelled.systems.model import Parameter, Port, State, System, symbol
+from unmodelled.systems.model import Parameter, Port, State, symbol
 from unmodelled.systems.tables import Table
 
 x, k, F = symbol("x"), symbol("k"), symbol("F")
-SYSTEM = System(
-    "decay",
-    (State("x", "m"),),
-    (),
-    (),
-    (),
-    (Parameter("k", "1/s", 2.0),),
-    (Port("end", "F", "m/s", "x"),),
-    (),
-    {},
-    (-k * x - F,),
+SYSTEM = replace(
+    EMPTY,
+    states=(State("x", "m"),),
+    parameters=(Parameter("k", "1/s", 2.0),),
+    ports=(Port("end", "F", "m/s", "x"),),
+    dynamics=(-k * x - F,),
 )
 DECAY = Augmented(SYSTEM, (), ("k",))
 
@@ -48,6 +44,14 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "chosen"
     monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(folder))
     return folder
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where folders of the system's temporary files are made."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    return tmp_path / "temporary"
 
 
 def files(folder: Path) -> dict[Path, int]:
@@ -96,9 +100,7 @@ def test_every_other_structure_has_another_name() -> None:
 
 
 @pytest.mark.parametrize("name", compiled._GENERATOR)
-def test_another_generator_gives_another_name(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_new_generator_has_a_new_name(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for part in compiled._GENERATOR:
         copy = (tmp_path / "engine" / part).resolve()
         copy.parent.mkdir(parents=True, exist_ok=True)
@@ -111,33 +113,28 @@ def test_another_generator_gives_another_name(
     assert compiled._digest(DECAY) != before
 
 
-def test_folder_that_cannot_be_made_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "file").touch()
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(tmp_path / "file" / "cache"))
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+def test_folder_that_cannot_be_made_is_replaced(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (temporary / "file").touch()
+    monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(temporary / "file" / "cache"))
     folder = next(cache_folders())
-    assert folder.parent == tmp_path / "temporary"
+    assert folder.parent == temporary
     assert kernel(DECAY).layout.states == 1
     assert len(files(folder)) == 1
 
 
 def test_folder_that_cannot_be_written_to_is_replaced(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cache: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A superuser may write anywhere, so the system's answer is given here."""
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.setattr(compiled.os, "access", lambda path, mode: Path(path) != cache)
-    assert next(cache_folders()).parent == tmp_path / "temporary"
+    assert next(cache_folders()).parent == temporary
 
 
 def test_folder_that_others_may_write_to_is_replaced(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    cache: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What lies in the folder is imported."""
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    note = f"note: {cache}: compiled functions are not cached there, because "
     kernel(DECAY)
     (planted,) = cache.glob("*.py")
     planted.write_text("raise AssertionError('was imported')")
@@ -145,23 +142,15 @@ def test_folder_that_others_may_write_to_is_replaced(
     kernel.cache_clear()
     compiled._loaded.cache_clear()
     assert kernel(DECAY).layout.states == 1
-    assert (
-        f"note: {cache}: compiled functions are not cached there, because other users may write"
-        in capsys.readouterr().err
-    )
+    assert f"{note}other users may write" in capsys.readouterr().err
     cache.chmod(0o700)
     monkeypatch.setattr("unmodelled.base.compiling.os.getuid", lambda: os.geteuid() + 1)
-    (tmp_path / "temporary" / f"unmodelled-{os.geteuid() + 1}").mkdir()
+    (temporary / f"unmodelled-{os.geteuid() + 1}").mkdir()
     assert list(cache_folders()) == []
-    assert (
-        f"note: {cache}: compiled functions are not cached there, because the folder belongs to"
-        in capsys.readouterr().err
-    )
+    assert f"{note}the folder belongs to" in capsys.readouterr().err
 
 
-def test_a_file_that_others_may_write_to_is_made_again(
-    cache: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_that_others_may_change_is_made_again(cache: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kernel(DECAY)
     (planted,) = cache.glob("*.py")
     planted.write_text("raise AssertionError('was imported')")
@@ -173,16 +162,15 @@ def test_a_file_that_others_may_write_to_is_made_again(
     assert planted.stat().st_mode & 0o777 == 0o600 and "was imported" not in planted.read_text()
 
 
+@pytest.mark.usefixtures("temporary")
 def test_a_full_disk_is_no_obstacle(
-    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    cache: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     @contextmanager
     def full(path: Path) -> Iterator[Path]:
         yield path.with_name("temporary")
         raise BadInput(f"{path}: cannot be written: No space left on device")
 
-    (tmp_path / "temporary").mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.setattr(compiled, "replacing", full)
     never_seen = Augmented(replace(SYSTEM, dynamics=(-k * x**5 - F,)), (), ("k",))
     assert kernel(never_seen).layout.states == 1

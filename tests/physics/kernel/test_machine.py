@@ -1,9 +1,8 @@
-"""The register machine computes what the symbolic equations say."""
+"""The register machine and NumPy functions compute what the symbolic equations say."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +10,10 @@ import sympy as sp
 import torch
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from tests.physics.kernel.problems import NAMES, built_in, problem
+from tests.machines.known import NAMES, Array, built_in, values_of
+from tests.measurements.systems import F, V, k, m, motor, omega, theta
+from tests.physics.kernel.problems import problem
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
@@ -21,11 +21,10 @@ from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.interpreter import exp, tanh
 from unmodelled.engine.machine.opcodes import LANES, Op
 from unmodelled.engine.machine.program import Equations, Program, assembled
+from unmodelled.systems import functions as f
 from unmodelled.systems.functions import at_least, equal, greater
 from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 x, y, u, p, c = (symbol(name) for name in "xyupc")
 
@@ -41,12 +40,7 @@ def test_equations_without_states_at_many_samples_for_some_sets() -> None:
     """As one by one; 0 where they have no finite value."""
     program = assembled(Equations([], [u], [p], [c], [], [p * u + c + TIME, sp.sqrt(u) / p], {}, ()))
     draw, samples = np.random.default_rng(0).normal, 2 * LANES + 3
-    t, inputs, sets, constants = (
-        draw(size=samples),
-        draw(size=(samples, 1)),
-        draw(size=(3, 1)),
-        draw(size=(2, 1)),
-    )
+    t, inputs, sets, constants = (draw(size=size) for size in (samples, (samples, 1), (3, 1), (2, 1)))
     owner = np.arange(samples) % 2
     found = program.evaluate_sets(t, inputs, sets, constants, owner)
     alone = program.evaluate(t[:, None], np.empty(0), inputs[:, None], sets, constants[owner][:, None])
@@ -131,10 +125,8 @@ def free_runs(program: Program, windows: Windows, x0: Array, p: Array) -> Array:
 def some_windows(count: int, sets: int) -> Windows:
     rng = np.random.default_rng(1)
     start, steps = rng.integers(0, 30, count), rng.integers(0, 9, count)
-    drive = rng.normal(size=(80, 1))
-    return Windows(
-        drive, np.arange(40) * 0.1, start, steps, rng.integers(0, 2, count), np.arange(sets) % 2 * 40
-    )
+    drive, owner, shift = rng.normal(size=(80, 1)), rng.integers(0, 2, count), np.arange(sets) % 2 * 40
+    return Windows(drive, np.arange(40) * 0.1, start, steps, owner, shift)
 
 
 def test_lanes_do_not_touch_each_other() -> None:
@@ -173,20 +165,17 @@ def test_a_diverging_lane_leaves_the_others_alone() -> None:
     assert found[0, 1, -1, 0] == pytest.approx(1.0 / math.sqrt(1.0 + 2.0 * 3.9), rel=1e-3)
 
 
-def parts(program: Program) -> dict[str, set[str]]:
+def parts(program: Program) -> dict[str, list[str]]:
+    """Names of the instructions by how often they are computed."""
     at = program.at
-    ends = {
-        "prologue": (at.prologue, at.driven),
-        "driven": (at.driven, at.observed),
-        "rates": (at.rates, at.end),
-    }
-    return {name: {Op(row[0]).name for row in program.code[a:b]} for name, (a, b) in ends.items()}
+    ends = {"prologue": (at.prologue, at.driven), "driven": (at.driven, at.observed)}
+    ends["rates"] = (at.rates, at.end)
+    return {name: [Op(row[0]).name for row in program.code[a:b]] for name, (a, b) in ends.items()}
 
 
 def test_what_changes_seldom_is_computed_seldom() -> None:
-    found = parts(
-        made(sp.exp(p) * sp.atan(c) * x * 3 + p * sp.cos(TIME) * sp.sinh(u) + sp.sin(x * sp.log(p)))
-    )
+    rate = sp.exp(p) * sp.atan(c) * x * 3 + p * sp.cos(TIME) * sp.sinh(u) + sp.sin(x * sp.log(p))
+    found = {name: {*codes} for name, codes in parts(made(rate)).items()}
     assert found["prologue"] == {"EXP", "ATAN", "MUL", "LOG"}
     assert found["driven"] == {"COS", "SINH", "MUL"}
     assert found["rates"] == {"MULADD", "ADD", "SIN", "MUL"}
@@ -194,9 +183,7 @@ def test_what_changes_seldom_is_computed_seldom() -> None:
 
 def test_equal_parts_are_computed_once() -> None:
     program = made(sp.sin(x) * sp.exp(-sp.sin(x)) + sp.sqrt(sp.sin(x) + 2), sp.sin(x))
-    at = program.at
-    codes = [Op(row[0]).name for row in program.code[at.rates : at.end]]
-    assert codes.count("SIN") == 1
+    assert parts(program)["rates"].count("SIN") == 1
 
 
 @settings(max_examples=30)
@@ -210,9 +197,8 @@ def test_no_instruction_writes_what_it_reads(seed: int) -> None:
     sources = program.code[:, 2:5]
     # a register that an instruction does not use is number 0, that of the first state
     assert not np.any((sources == program.code[:, 1:2]) & (sources > 0))
-    assert (program.code[:, 1] >= len(system.x)).all() and program.code[:, 1:5].max(
-        initial=0
-    ) < program.at.rows
+    assert (program.code[:, 1] >= len(system.x)).all()
+    assert program.code[:, 1:5].max(initial=0) < program.at.rows
 
 
 @pytest.mark.parametrize(("ours", "theirs"), [(exp, np.exp), (tanh, np.tanh)])
@@ -255,7 +241,55 @@ def test_sizes_are_checked() -> None:
             free_run(made(u - x), windows, *arrays, HOW)
 
 
-def test_laws_of_ports_are_part_of_the_dynamics() -> None:
-    system = built_in("pendulum")
-    law = replace(system, ports=(replace(system.ports[0], law=0.3 * sp.sin(3 * symbol("theta"))),))
-    assert_same(law, 3)
+SYSTEM = motor()
+
+
+def value(expression: sp.Expr, at: float, other: float = 0.0) -> float:
+    """`expression` of theta and omega."""
+    return float(values_of(SYSTEM, [expression], [at, other, 0.0], [0.0], [1.0], e=[0.0])[0])
+
+
+@pytest.mark.parametrize(
+    ("expression", "at", "expected"),
+    [
+        (f.sgn(theta), -2.0, -1.0),
+        (f.step(theta), 0.0, 0.5),
+        (f.whole(theta), -1.5, -2.0),
+        (f.greater(theta, 1), 1.0, 0.0),
+        (f.at_least(theta, 1), 1.0, 1.0),
+        (f.equal(theta, 1), 1.0, 1.0),
+        (f.absolute(theta), -3.0, 3.0),
+        (f.minimum(theta, 1), 3.0, 1.0),
+        (f.maximum(theta, 1), 3.0, 3.0),
+        (f.select(f.greater(theta, 0), 5, 1 / theta), -2.0, -0.5),
+        (f.select(f.greater(theta, 0), sp.log(theta), 7), 0.0, 7.0),
+        (f.lookup(0, theta, 0), 1.5, 2.25),
+        (f.lookup(0, theta, 0), 9.0, 9.0),
+        (f.lookup(0, theta, 1), 1.5, 3.0),
+        (f.lookup(0, theta, 1), 9.0, 0.0),
+        (sp.atan2(theta, 1), 1.0, np.pi / 4),
+    ],
+)
+def test_functions(expression: sp.Expr, at: float, expected: float) -> None:
+    assert value(expression, at) == pytest.approx(expected)
+
+
+def test_leading_axes_broadcast() -> None:
+    generator = np.random.default_rng(0)
+    t, x, u = generator.random(5), generator.random((4, 5, 3)), generator.random((5, 1))
+    e, c = generator.random((4, 1, 1)), generator.random((4, 1, 1))
+    found = values_of(SYSTEM, [theta * m + TIME, k * V - F, sp.Integer(2)], x, u, c, e=e, t=t)
+    assert found.shape == (4, 5, 3)
+    np.testing.assert_allclose(found[..., 0], x[..., 0] * c[..., 0] + t)
+    np.testing.assert_allclose(found[..., 1], 0.3 * u[..., 0] - e[..., 0])
+    np.testing.assert_array_equal(found[..., 2], 2.0)
+
+
+def test_efforts_can_be_left_out() -> None:
+    rates = values_of(SYSTEM, SYSTEM.closed, [0.1, 2.0, 3.0], [6.0], [0.5])
+    np.testing.assert_allclose(rates, [2.0, 0.9 / 0.52, (6.0 - 6.0 - 0.6) / 0.05])
+
+
+def test_no_value_is_not_an_error() -> None:
+    assert np.isinf(value(1 / theta, 0.0))
+    assert np.isnan(value(sp.log(omega), 1.0, -1.0))

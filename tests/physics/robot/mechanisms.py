@@ -6,12 +6,10 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
+from unmodelled import System, read_system
 
-Array = NDArray[np.float64]
 #: Terms that no equation here has, and that MuJoCo must then not have either.
 OFF = mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
 
@@ -53,9 +51,8 @@ def random_tree(seed: int, joints: int = 4) -> str:
 
 
 def _joint(rng: np.random.Generator, name: str, kind: str) -> str:
-    numbers = " ".join(
-        f'{key}="{rng.random():.6g}"' for key in ("armature", "damping", "stiffness", "springref", "ref")
-    )
+    keys = ("armature", "damping", "stiffness", "springref", "ref")
+    numbers = " ".join(f'{key}="{rng.random():.6g}"' for key in keys)
     return f'<joint name="{name}" type="{kind}" axis="{_row(rng, 3)}" pos="{_row(rng, 3)}" {numbers}/>'
 
 
@@ -69,11 +66,15 @@ def _row(rng: np.random.Generator, n: int) -> str:
     return " ".join(f"{x:.6g}" for x in rng.normal(size=n))
 
 
-def accelerations(text: str, q: Array, qd: Array, u: Array) -> Array:
-    """Accelerations of all joints by MuJoCo, for actuators that are given `u`."""
-    model = mujoco.MjModel.from_xml_string(text)
-    model.opt.disableflags |= int(OFF)
+def forward(model: mujoco.MjModel, q: ArrayLike, qd: ArrayLike, u: ArrayLike = ()) -> mujoco.MjData:
+    """What MuJoCo computes of a state, for actuators that are given `u`."""
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:], data.ctrl[:] = q, qd, u
     mujoco.mj_forward(model, data)
-    return np.array(data.qacc)
+    return data
+
+
+def order_of(model: mujoco.MjModel, system: System) -> list[int]:
+    """Numbers of the joints of a model that are the ports of a system."""
+    names = [model.joint(k).name for k in range(model.njnt)]
+    return [names.index(port) for port in system.port_names]

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from tests.physics.robot.mechanisms import accelerations, random_tree, system_of
+from tests.machines.known import runge_kutta
+from tests.physics.robot.mechanisms import OFF, forward, order_of, random_tree, system_of
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import SystemFunction, numpy_system_function
@@ -61,35 +62,27 @@ def test_a_double_pendulum_swings_as_in_closed_form(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees_accelerate_as_in_mujoco(tmp_path: Path, seed: int) -> None:
     text = random_tree(seed)
-    system = system_of(tmp_path, text)
+    system, model = system_of(tmp_path, text), mujoco.MjModel.from_xml_string(text)
+    model.opt.disableflags |= int(OFF)
     rng = np.random.default_rng(seed)
-    order = _order(text, system)
+    order = order_of(model, system)
     for _ in range(5):
         q, qd, u = rng.normal(size=len(order)), rng.normal(size=len(order)), 2 * rng.normal(size=4)
-        wanted = accelerations(text, q, qd, u)[order]
+        wanted = forward(model, q, qd, u).qacc[order]
         found = rates(system, q[order], qd[order], u)
         assert np.max(np.abs(found - wanted)) < 1e-9 * np.max(np.abs(wanted))
 
 
-def _order(text: str, system: System) -> list[int]:
-    model = mujoco.MjModel.from_xml_string(text)
-    names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) for k in range(model.njnt)]
-    return [names.index(port) for port in system.port_names]
-
-
 def test_locked_joints_accelerate_as_in_mujoco_with_a_rotor_that_no_torque_turns(tmp_path: Path) -> None:
     text = random_tree(3)
-    system = system_of(tmp_path, text, "locked: {j1b: 0.4}\n")
-    order = _order(text, system)
-    model = mujoco.MjModel.from_xml_string(text)
-    k = ({*range(model.njnt)} - {*order}).pop()
-    assert mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) == "j1b"
+    system, model = system_of(tmp_path, text, "locked: {j1b: 0.4}\n"), mujoco.MjModel.from_xml_string(text)
+    order, k = order_of(model, system), model.joint("j1b").id
+    assert {*range(model.njnt)} - {*order} == {k}
     model.dof_armature[k], model.jnt_stiffness[k] = 1e9, 0.0
-    data, rng = mujoco.MjData(model), np.random.default_rng(1)
-    data.qpos[:], data.qvel[:] = rng.normal(size=model.nq), rng.normal(size=model.nv)
-    data.qpos[k], data.qvel[k] = 0.4, 0.0
-    data.ctrl[:] = [0.3, 0.1, 0.0, -0.2]
-    mujoco.mj_forward(model, data)
+    rng = np.random.default_rng(1)
+    q, qd = rng.normal(size=model.nq), rng.normal(size=model.nv)
+    q[k], qd[k] = 0.4, 0.0
+    data = forward(model, q, qd, [0.3, 0.1, 0.0, -0.2])
     found = rates(system, data.qpos[order], data.qvel[order], data.ctrl[[0, 1, 3]])
     assert found == pytest.approx(data.qacc[order], rel=1e-6)
 
@@ -98,13 +91,12 @@ def test_locked_joints_accelerate_as_in_mujoco_with_a_rotor_that_no_torque_turns
 def test_parameters_of_the_file_are_where_they_act(tmp_path: Path) -> None:
     text = random_tree(4)
     system = system_of(tmp_path, text, "identify: ['b2.*', 'j2a.*', 'm.gear', 'p.k?', 'g.gain']\n")
-    order = _order(text, system)
+    model = mujoco.MjModel.from_xml_string(text)
+    order = order_of(model, system)
     known = {p.name: p.value for p in system.parameters}
     assert {"b2_inertia_xy", "m_gear", "p_kv", "g_gain"} <= {*known}
     assert all(p.identify and p.limits[0] < p.value < p.limits[1] for p in system.parameters)
-    model = mujoco.MjModel.from_xml_string(text)
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "b2")
-    joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, "j2a")
+    body, joint = model.body("b2").id, model.joint("j2a").id
     model.body_mass[body] *= 1.7
     model.body_ipos[body] *= 1.2
     model.dof_armature[joint] *= 2.0
@@ -115,9 +107,8 @@ def test_parameters_of_the_file_are_where_they_act(tmp_path: Path) -> None:
     factors = {"b2_mass": 1.7, "j2a_armature": 2.0, "j2a_damping": 3.0, "m_gear": 0.5, "p_kp": 1.3}
     factors |= {f"b2_com_{axis}": 1.2 for axis in "xyz"}
     changed = system.with_values({name: known[name] * factor for name, factor in factors.items()})
-    data, rng = mujoco.MjData(model), np.random.default_rng(1)
-    data.qpos[:], data.qvel[:], data.ctrl[:] = rng.normal(size=model.nq), rng.normal(size=model.nv), 0.3
-    mujoco.mj_forward(model, data)
+    rng = np.random.default_rng(1)
+    data = forward(model, rng.normal(size=model.nq), rng.normal(size=model.nv), 0.3)
     found = rates(changed, data.qpos[order], data.qvel[order], np.array(data.ctrl))
     assert found == pytest.approx(data.qacc[order], rel=1e-9)
 
@@ -156,26 +147,12 @@ def test_numpy_and_the_register_machine_agree(tmp_path: Path) -> None:
 
 def test_energy_stays_without_damping(tmp_path: Path) -> None:
     system = system_of(tmp_path, DOUBLE, name="robot.urdf")
-    program = Program.of(system, system.dynamics)
-    x, h = np.array([2.5, -1.0, 0.0, 3.0]), 1e-3
+    program, model = Program.of(system, system.dynamics), mujoco.MjModel.from_xml_string(DOUBLE)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
 
-    def slope(x: np.ndarray) -> np.ndarray:
+    def slope(t: float, x: np.ndarray) -> np.ndarray:
         return program.evaluate(np.zeros(()), x, np.zeros(2), np.empty(0), np.empty(0))
 
-    before = _energy(x)
-    for _ in range(2000):
-        k1 = slope(x)
-        k2 = slope(x + 0.5 * h * k1)
-        k3 = slope(x + 0.5 * h * k2)
-        x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(x + h * k3))
-    assert _energy(x) == pytest.approx(before, rel=1e-8)
-
-
-def _energy(x: np.ndarray) -> float:
-    """Energy of the double pendulum by MuJoCo, J."""
-    model = mujoco.MjModel.from_xml_string(DOUBLE)
-    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-    data = mujoco.MjData(model)
-    data.qpos[:], data.qvel[:] = x[:2], x[2:]
-    mujoco.mj_forward(model, data)
-    return float(data.energy.sum())
+    path = runge_kutta(slope, np.array([2.5, -1.0, 0.0, 3.0]), 1e-3 * np.arange(2001))
+    before, after = (float(forward(model, x[:2], x[2:]).energy.sum()) for x in path[[0, -1]])
+    assert after == pytest.approx(before, rel=1e-8)

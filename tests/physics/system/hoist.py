@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
-from unmodelled.base.errors import BadInput
+from tests.machines.known import refusals
 from unmodelled.systems.reader import read_system
 
 HOIST = """\
@@ -47,10 +45,13 @@ def written(folder: Path, text: str, table: str = CONVERTER) -> Path:
     return path
 
 
-def changed(old: str, new: str) -> str:
-    """The file of the hoist with `new` in place of `old`."""
-    assert HOIST.count(old) == 1, f"{old!r} must occur once"
-    return HOIST.replace(old, new)
+def changed(*changes: tuple[str, str]) -> str:
+    """The file of the hoist with other words in place of some that occur once."""
+    text = HOIST
+    for old, new in changes:
+        assert text.count(old) == 1, f"{old!r} must occur once"
+        text = text.replace(old, new)
+    return text
 
 
 def line_of(text: str, part: str) -> int:
@@ -60,9 +61,7 @@ def line_of(text: str, part: str) -> int:
 
 def complaints(path: Path) -> list[str]:
     """All faults for which the file is refused."""
-    with pytest.raises(BadInput) as caught:
-        read_system(path)
-    return [str(caught.value), *caught.value.others]
+    return refusals(lambda: read_system(path))
 
 
 def complaint(path: Path) -> str:

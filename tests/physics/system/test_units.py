@@ -1,4 +1,4 @@
-"""Units, and the consistency of expressions; no ordinary system may be refused."""
+"""Units, the consistency of expressions, and ports of mechanics and of balances."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from unmodelled.base.errors import BadInput
-from unmodelled.systems.reader import read_system
+from tests.machines.folders import system_of
+from tests.machines.known import refusals
+from unmodelled import BadInput, System
+from unmodelled.effects.library import effects
 from unmodelled.systems.units import ONE, describe, parse_unit
 
 
@@ -60,24 +62,14 @@ def test_a_described_unit_is_that_unit(text: str) -> None:
         ("deg", "e.g. rad instead of deg"),
         ("rpm", "e.g. rad/s instead of rpm"),
         ("kJ/K", "e.g. J/K instead of kJ/K: 1 kJ/K = 1000 J/K"),
-        ("W/m2K", "is not a unit"),
-        ("1e3", "is not a unit"),
         ("%", "must be in SI units"),
         ("g", "e.g. kg instead of g"),
         ("degC", "e.g. K instead of degC"),
         ("bar", "e.g. Pa instead of bar"),
         ("min", "e.g. s instead of min"),
         ("wug/s", "unknown unit 'wug' in 'wug/s'"),
-        ("m^99", "is not a unit"),
-        ("m^9^9", "is not a unit"),
-        ("m**9**9**9", "is not a unit"),
-        ("(m)^9", "is not a unit"),
-        ("(m", "is not a unit"),
-        ("m /", "is not a unit"),
-        ("3 m", "is not a unit"),
-        ("m" * 100, "is not a unit"),
-        ("m; import os", "is not a unit"),
-        ("__class__", "is not a unit"),
+        *((text, "is not a unit") for text in ("W/m2K", "1e3", "m^99", "m^9^9", "m**9**9**9", "(m)^9", "(m")),
+        *((text, "is not a unit") for text in ("m /", "3 m", "m" * 100, "m; import os", "__class__")),
     ],
 )
 def test_refused(text: str, words: str) -> None:
@@ -95,6 +87,7 @@ def test_random_units_are_read_or_refused(text: str) -> None:
         assert "\n" not in str(error)
 
 
+CONTACT = "max(kt*(zu - r), 0)"
 TEXTBOOK = {
     "van der Pol, without units": """
 states: {x: {unit: ''}, v: {unit: '-'}}
@@ -120,8 +113,7 @@ dynamics: {x: v, v: -d*v - a*x - c*x**3 + F*cos(w*t)}
 states: {i: {unit: A}, w: {unit: rad/s}}
 inputs: {U: {unit: V}}
 parameters: {R: {value: 1, unit: ohm}, L: {value: 0.001, unit: H}, k: {value: 0.1, unit: N m/A},
-  J: {value: 1e-4, unit: kg m^2},
-  Tc: {value: 0.01, unit: N m}}
+  J: {value: 1e-4, unit: kg m^2}, Tc: {value: 0.01, unit: N m}}
 dynamics: {i: (U - R*i - k*w)/L, w: (k*i - Tc*tanh(100*w))/J}
 """,
     "Stribeck friction": """
@@ -180,19 +172,17 @@ dynamics: {x: v, z: k*v*(1 - sign(v)*z/F)}
 }
 
 
-def written(folder: Path, body: str) -> Path:
-    path = folder / "system.yaml"
+def textbook(folder: Path, body: str) -> System:
+    """The system whose only output is its first state."""
     first = body.split("{", 2)[1].split(":")[0]
     unit = body.split("unit:", 1)[1].split("}")[0]
-    path.write_text(
-        f"schema: system/1\nname: textbook\noutputs: {{out: {{unit: {unit}, expression: {first}}}}}{body}"
-    )
-    return path
+    shown = f"outputs: {{out: {{unit: {unit}, expression: {first}}}}}"
+    return system_of(f"schema: system/1\nname: textbook\n{shown}{body}", folder)
 
 
 @pytest.mark.parametrize("name", TEXTBOOK)
 def test_textbook_systems_raise_no_false_alarm(tmp_path: Path, name: str) -> None:
-    assert read_system(written(tmp_path, TEXTBOOK[name])).name == "textbook"
+    assert textbook(tmp_path, TEXTBOOK[name]).name == "textbook"
 
 
 @pytest.mark.parametrize(
@@ -206,18 +196,70 @@ def test_textbook_systems_raise_no_false_alarm(tmp_path: Path, name: str) -> Non
         ("tank", "sqrt(2*g*max(h, 0))", "2*g*max(h, 0)", "units differ: 'q' is in m^3/s"),
         ("drag", "v*abs(v)/m", "v/m", "dynamics.v: unit must be m/s^2, got 1/s"),
         ("heat", "h*(T - 293.15)", "h*T*T", "units differ: 'P' is in W, 'h*T*T' in"),
-        ("quarter car", "max(kt*(zu - r), 0)", "max(kt*(zu - r), zu)", "units differ"),
-        (
-            "quarter car",
-            "max(kt*(zu - r), 0)",
-            "where(zu > vu, kt*r, 0)",
-            "units differ: 'zu' is in m, 'vu' in m/s",
-        ),
-        ("quarter car", "max(kt*(zu - r), 0)", "where(zu > r, kt*r, r)", "'kt*r' is in N, 'r' in m"),
+        ("quarter car", CONTACT, "max(kt*(zu - r), zu)", "units differ"),
+        ("quarter car", CONTACT, "where(zu > vu, kt*r, 0)", "units differ: 'zu' is in m, 'vu' in m/s"),
+        ("quarter car", CONTACT, "where(zu > r, kt*r, r)", "'kt*r' is in N, 'r' in m"),
     ],
 )
 def test_inconsistent_units_are_found(tmp_path: Path, name: str, old: str, new: str, words: str) -> None:
     assert TEXTBOOK[name].count(old) == 1
-    with pytest.raises(BadInput) as caught:
-        read_system(written(tmp_path, TEXTBOOK[name].replace(old, new)))
-    assert words in str(caught.value)
+    found = refusals(lambda: textbook(tmp_path, TEXTBOOK[name].replace(old, new)))
+    assert words in found[0]
+
+
+TEXT = """
+schema: system/1
+name: vessel
+states: {{h: {{unit: {level}}}, w: {{unit: {level}/s}}}}
+inputs: {{u: {{unit: 1/s}}}}
+outputs: {{h: {{unit: {level}}}}}
+parameters: {{k: {{value: 0.5, unit: 1/s^2}}, c: {{value: 1.0, unit: {gain}}}}}
+ports: {{place: {{effort: q, unit: {effort}, {rest}}}}}
+dynamics: {{h: w, w: -k*h - q/c}}
+"""
+
+
+def vessel(folder: Path, effort: str, gain: str, rest: str, level: str = "m") -> System:
+    return system_of(TEXT.format(level=level, effort=effort, gain=gain, rest=rest), folder)
+
+
+def tried(system: System) -> set[str]:
+    """Families of the effects at ports of the system."""
+    return {e.family for e in effects() if any(p.kind == "port" for p in e.places(system))}
+
+
+@pytest.mark.parametrize(
+    ("effort", "gain", "rest", "domain"),
+    [
+        ("N", "kg", "position: h", "power"),
+        ("N", "kg", "position: h, velocity: w", "power"),
+        ("N", "kg", "position: h, kind: balance", "balance"),
+        ("m^3/s", "m^2 s", "position: h", "balance"),
+        ("m^3/s", "m^2 s", "position: h, kind: power", "power"),
+        ("m^3/s", "m^2 s", "position: h, velocity: w", "power"),
+    ],
+)
+def test_a_port_is_a_balance_unless_it_is_mechanical(
+    effort: str, gain: str, rest: str, domain: str, tmp_path: Path
+) -> None:
+    system = vessel(tmp_path, effort, gain, rest)
+    assert system.port("place").domain == domain
+    families = tried(system)
+    assert ("overflow" in families) == (domain == "balance")
+    assert ("linear_spring" in families) == (domain == "power")
+    assert "constant_load" in families
+
+
+def test_an_effort_without_power_is_a_note_and_a_force_without_power_is_refused(tmp_path: Path) -> None:
+    volts = vessel(tmp_path, "V", "s^2", "position: h, velocity: w", level="V")
+    (note,) = volts.notes
+    assert "ports.place" in note and "V^2/s" in note
+    assert vessel(tmp_path, "N", "kg", "position: h, velocity: w").notes == ()
+    with pytest.raises(BadInput, match="must be a power, in W"):
+        vessel(tmp_path, "N", "kg", "velocity: h")
+
+
+def test_laws_of_heat_are_tried_where_the_level_is_a_temperature(tmp_path: Path) -> None:
+    hot = tried(vessel(tmp_path, "W", "J s/K", "position: h", level="K"))
+    wet = tried(vessel(tmp_path, "m^3/s", "m^2 s", "position: h"))
+    assert hot - wet == {"radiation"} and wet - hot == {"overflow", "root_outflow"}

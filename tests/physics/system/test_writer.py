@@ -1,33 +1,32 @@
-"""What is written is read back as the same system."""
+"""What is written is read back as the same system, and equations are shown as they are meant."""
 
 from __future__ import annotations
 
 import math
-import shutil
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import sympy as sp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from tests.machines.folders import system_of
+from tests.machines.known import NAMES, built_in, written_again
 from unmodelled.systems import functions as f
+from unmodelled.systems.equations import equations
 from unmodelled.systems.model import Constant, Output, State, System, symbol
+from unmodelled.systems.operations import FUNCTIONS
 from unmodelled.systems.printing import printed
-from unmodelled.systems.reader import read_system
 from unmodelled.systems.tables import Table
 from unmodelled.systems.writer import write_system
 
-SYSTEMS = Path(__file__).parents[3] / "systems"
-
+PENDULUM = built_in("pendulum")
 RICH = """\
 schema: system/1
 name: rich
-states:
-  x: {unit: m, initial: -0.125}
-  v: {unit: m/s}
-  y: {unit: '1'}
+states: {x: {unit: m, initial: -0.125}, v: {unit: m/s}, y: {unit: '1'}}
 inputs:
   u: {unit: V, column: 'motor, voltage: 1', delay: 0.0015, commanded: false, hold: true}
 outputs:
@@ -54,10 +53,7 @@ ports:
 tables:
   spring: {file: s.csv, x: 'deflection [m]', y: force}
   cam: {file: s.csv, x: force, y: 'deflection [m]', kind: linear}
-dynamics:
-  x: v
-  v: a - (F_rail + F_other + F_rest - kf*u)/m - 9.81*cam(x)
-  y: -0.7*y**2
+dynamics: {x: v, v: a - (F_rail + F_other + F_rest - kf*u)/m - 9.81*cam(x), y: -0.7*y**2}
 events:
   hit: {expression: '0.1 - x', then: {v: -9.81, y: 'min(-0.3*y, 0.1)'}}
   late: {expression: 2.5 - t}
@@ -67,30 +63,21 @@ events:
 @pytest.fixture
 def rich(tmp_path: Path) -> System:
     (tmp_path / "s.csv").write_text("force,deflection [m]\n1,0.1\n2,0.30000000000000004\n4,1e3\n5,1.2e3\n")
-    path = tmp_path / "rich.yaml"
-    path.write_text(RICH)
-    return read_system(path)
-
-
-def again(system: System, tmp_path: Path) -> System:
-    folder = tmp_path / "again"
-    shutil.rmtree(folder, ignore_errors=True)
-    write_system(system, folder / "a b.yaml")
-    return read_system(folder / "a b.yaml")
+    return system_of(RICH, tmp_path)
 
 
 def test_every_field_survives(rich: System, tmp_path: Path) -> None:
-    back = again(rich, tmp_path)
+    back = written_again(rich, tmp_path)
     assert back == rich
-    assert again(back, tmp_path) == rich
+    assert written_again(back, tmp_path) == rich
     assert rich.text["outputs.yes.expression"] == "min(y, 0.1, sin(t))"
     assert rich.text["ports.other.law"] == "0"
 
 
-@pytest.mark.parametrize("name", [path.stem for path in SYSTEMS.glob("*.yaml")])
+@pytest.mark.parametrize("name", NAMES)
 def test_the_systems_that_come_along_survive(name: str, tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / f"{name}.yaml")
-    assert again(system, tmp_path) == system
+    system = built_in(name)
+    assert written_again(system, tmp_path) == system
 
 
 @given(values=st.dictionaries(st.text(min_size=1, max_size=8), st.floats(allow_nan=False), max_size=4))
@@ -102,13 +89,13 @@ def test_values_of_experiments_survive_whatever_their_ids_are(
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     own = Constant("d", "kg", finite, 1.5, identify=True, bounds=(1.0, 2.5))
     constants = (Constant("c", "kg", finite, 1.5), own)
-    system = replace(read_system(SYSTEMS / "pendulum.yaml"), operating_point=constants)
-    assert again(system, tmp_path_factory.getbasetemp()).operating_point == constants
+    system = replace(PENDULUM, operating_point=constants)
+    assert written_again(system, tmp_path_factory.getbasetemp()).operating_point == constants
 
 
 def test_without_text_expressions_are_printed(tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / "slider_crank.yaml")
-    back = again(replace(system, text={}), tmp_path)
+    system = built_in("slider_crank")
+    back = written_again(replace(system, text={}), tmp_path)
     assert set(back.text) == set(system.text)
     values = dict(zip(system.p, system.values, strict=True)) | dict.fromkeys((*system.u, *system.e), 0.3)
     values |= {symbol("theta"): 0.7, symbol("omega"): 2.0}
@@ -118,65 +105,62 @@ def test_without_text_expressions_are_printed(tmp_path: Path) -> None:
 
 
 def test_an_identified_law_with_memory_is_written_back(tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / "pendulum.yaml")
     omega, z = symbol("omega"), symbol("z")
     law = 0.1 * f.sgn(omega) * f.absolute(omega) ** 0.5 + sp.Rational(1, 3) * z
     law += 2.0 * symbol("b") * f.select(f.greater(omega, z), z, 0)
-    port = replace(system.ports[0], law=law)
+    port = replace(PENDULUM.ports[0], law=law)
     changed = replace(
-        system,
-        states=(*system.states, State("z", "rad/s", sp.Float(0.5))),
+        PENDULUM,
+        states=(*PENDULUM.states, State("z", "rad/s", sp.Float(0.5))),
         ports=(port,),
-        inputs=(replace(system.inputs[0], delay=0.01),),
-        outputs=(*system.outputs, Output("speed", "rad/s", "w", omega + z)),
-        dynamics=(*system.dynamics, (omega - z) / 0.05),
+        inputs=(replace(PENDULUM.inputs[0], delay=0.01),),
+        outputs=(*PENDULUM.outputs, Output("speed", "rad/s", "w", omega + z)),
+        dynamics=(*PENDULUM.dynamics, (omega - z) / 0.05),
     ).with_values({"J": 0.1 + 0.2})
-    back = again(changed, tmp_path)
+    back = written_again(changed, tmp_path)
     assert (back.states, back.inputs, back.parameters) == (changed.states, changed.inputs, changed.parameters)
     assert back.outputs == changed.outputs
-    assert back.dynamics[:2] == system.dynamics
+    assert back.dynamics[:2] == PENDULUM.dynamics
     at = {omega: 1.7, z: 0.3, symbol("b"): 0.2}
     assert float(back.ports[0].law.subs(at) - law.subs(at)) == pytest.approx(0.0, abs=1e-12)
-    assert set(back.text) - set(system.text) == {"ports.joint.law", "outputs.speed.expression", "dynamics.z"}
+    new = {"ports.joint.law", "outputs.speed.expression", "dynamics.z"}
+    assert set(back.text) - set(PENDULUM.text) == new
 
 
 def test_initial_values_survive(tmp_path: Path) -> None:
     """A number, an expression and a number that is identified."""
-    path = tmp_path / "tank.yaml"
-    path.write_text(
+    system = system_of(
         "schema: system/1\nname: tank\nstates:\n  h: {unit: m, initial: 0.5}\n"
         "  s: {unit: m, initial: 2*h + 0.1}\n"
         "  z: {unit: m, initial: {value: 1, identify: true, bounds: [0, 2], per_experiment: true}}\n"
-        "inputs:\noutputs:\n  h: {unit: m}\ndynamics: {h: 0, s: 0, z: 0}\n"
+        "inputs:\noutputs:\n  h: {unit: m}\ndynamics: {h: 0, s: 0, z: 0}\n",
+        tmp_path,
     )
-    system = read_system(path)
     number, expression, fitted = (state.initial for state in system.states)
     assert (float(number), expression) == (0.5, 2 * symbol("h") + 0.1)
     assert fitted == symbol("z_0")
     (parameter,) = system.parameters
-    assert (parameter.name, parameter.unit, parameter.value, parameter.identify, parameter.bounds) == (
-        "z_0", "m", 1.0, True, (0.0, 2.0),
-    )  # fmt: skip
-    back = again(system.with_values({"z_0": 1.5}), tmp_path)
+    found = parameter.name, parameter.unit, parameter.value, parameter.identify, parameter.bounds
+    assert found == ("z_0", "m", 1.0, True, (0.0, 2.0))
+    back = written_again(system.with_values({"z_0": 1.5}), tmp_path)
     assert [state.initial for state in back.states] == [number, expression, fitted]
     assert back.parameters == (replace(parameter, value=1.5),)
 
 
 def test_a_text_that_no_longer_says_the_same_is_not_written(tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / "pendulum.yaml")
     law = 2 * symbol("b") * symbol("omega")
-    first = again(replace(system, ports=(replace(system.ports[0], law=law),)), tmp_path)
+    first = written_again(replace(PENDULUM, ports=(replace(PENDULUM.ports[0], law=law),)), tmp_path)
     assert first.text["ports.joint.law"] == "2*b*omega"
-    second = again(replace(first, ports=(replace(first.ports[0], law=sp.S.Zero),)), tmp_path)
+    second = written_again(replace(first, ports=(replace(first.ports[0], law=sp.S.Zero),)), tmp_path)
     assert second.ports[0].law == 0
     assert second.text["ports.joint.law"] == "0"
 
 
 def test_tables_are_written_beside_with_all_digits(tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / "pendulum.yaml")
     table = Table("cam", (0.1 + 0.2, 1.0, 1e300), (-0.0, 1 / 3, 5e-324), "linear")
     law = f.lookup(0, symbol("theta"), 0)
-    back = again(replace(system, tables=(table,), ports=(replace(system.ports[0], law=law),)), tmp_path)
+    lawful = replace(PENDULUM, tables=(table,), ports=(replace(PENDULUM.ports[0], law=law),))
+    back = written_again(lawful, tmp_path)
     assert back.tables == (table,)
     assert back.ports[0].law == law
 
@@ -227,8 +211,81 @@ def test_what_cannot_be_written(expression: sp.Expr, words: str) -> None:
 
 
 def test_nothing_is_left_behind_when_writing_fails(tmp_path: Path) -> None:
-    system = read_system(SYSTEMS / "pendulum.yaml")
-    strange = replace(system, ports=(replace(system.ports[0], law=symbol("w")),))
+    strange = replace(PENDULUM, ports=(replace(PENDULUM.ports[0], law=symbol("w")),))
     with pytest.raises(ValueError, match="cannot name 'w'"):
         write_system(strange, tmp_path / "a.yaml")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_equation_of_a_file_is_shown_as_mathml(name: str) -> None:
+    system = built_in(name)
+    found = equations(system)
+    rates = [system.text[f"dynamics.{s.name}"] for s in system.states]
+    assert [e.text for e in found if e.kind == "dynamics"] == rates
+    assert len([e for e in found if e.kind == "signal"]) == len(system.signals)
+    for equation in found:
+        ElementTree.fromstring(equation.mathml)
+
+
+def test_signals_keep_their_names_and_derivatives_show() -> None:
+    ratio = next(e for e in equations(built_in("slider_crank")) if e.text == "diff(d, theta)")
+    letters = "".join(ElementTree.fromstring(ratio.mathml).itertext())
+    assert letters.startswith("k=") and letters.endswith("d") and "l" not in letters
+
+
+SHOWN = {
+    "asin": "arcsin(x)",
+    "atan": "arctan(x)",
+    "acos": "arccos(x)",
+    "atan2": "arctan(x,y)",
+    "exp": "ⅇx",
+    "sqrt": "x",
+    "abs": "|x|",
+    "mod": "(x-y\u2062floor(xy))",
+    "clip": "min(max(x,y),z)",
+    "where": "where(x,y,z)",
+}
+
+
+THREE = """
+schema: system/1
+name: three
+states: {x: {unit: "1"}, y: {unit: "1"}, z: {unit: "1"}}
+outputs: {x: {unit: "1"}}
+parameters: {k: {value: 2.0, unit: 1/s}}
+tables: {curve: {file: points.csv, x: a, y: b}}
+dynamics: {x: "k*(EXPRESSION)", y: 0*k, z: 0*k}
+"""
+
+
+def shown(expression: str, folder: Path) -> str:
+    """The letters of an expression of three states and a table."""
+    (folder / "points.csv").write_text("a,b\n0,0\n1,1\n2,4\n3,9\n")
+    found = equations(system_of(THREE.replace("EXPRESSION", expression), folder))[0]
+    letters = "".join(ElementTree.fromstring(found.mathml).itertext())
+    return letters.removeprefix("x˙=").replace("k\u2062", "")
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_shows_with_its_arguments(name: str, tmp_path: Path) -> None:
+    arguments = "x,y,z"[: 2 * FUNCTIONS[name].least - 1]
+    assert shown(f"{name}({arguments})", tmp_path) == SHOWN.get(name, f"{name}({arguments})")
+
+
+@pytest.mark.parametrize(
+    ("expression", "letters"),
+    [
+        ("where(x > y, y, z)", "where((x>y),y,z)"),
+        ("where(x <= y, y, z)", "where((y≥x),y,z)"),
+        ("where(x != y, y, z)", "where(1-(x=y),y,z)"),
+        ("diff(y*curve(x), x)", "y\u2062curve′(x)"),
+        ("cos(x)*sign(x)", "cos(x)\u2062sign(x)"),
+    ],
+)
+def test_comparisons_and_tables_show_as_they_are_meant(expression: str, letters: str, tmp_path: Path) -> None:
+    assert shown(expression, tmp_path) == letters
+
+
+def test_what_was_not_written_is_not_shown() -> None:
+    assert equations(replace(built_in(NAMES[0]), text={})) == []
