@@ -1,7 +1,5 @@
 """A browser for the tests of pages, which the folders that have pages import into their conftest."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What the tests share: small campaigns, in memory and on disk."""
 
-from __future__ import annotations
-
 import gc
 import os
 import zipfile

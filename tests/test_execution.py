@@ -1,7 +1,5 @@
 """What is noted of a stage: only of stages of the graph, only of those that came to their end."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

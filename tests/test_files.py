@@ -1,7 +1,5 @@
 """Writing survives a full disk, a folder that cannot be written, two runs at once and kills at any moment."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

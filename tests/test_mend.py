@@ -1,7 +1,5 @@
 """What a killed `dvc repro` leaves is put right; what is at work is left alone."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Progress: bars on a terminal, plain lines elsewhere, nothing or more on request."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The benchmark Withheld: cases without their truth, entrants, resuming, the cap, scores and tables."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """DeepSHAP through the LSTM: its axioms, and its values where they are known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Exact Shapley values against their definition, and DeepSHAP and shap's gradients against them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import permutations
 

@@ -1,7 +1,5 @@
 """Shares, agreement of methods, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

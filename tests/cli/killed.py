@@ -4,8 +4,6 @@ A moment is an operation of the file system below the folder of results. There t
 itself, gives it a copy of the folder, and sends it the signal; then it goes on.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """What a user sees: help, errors, exit codes."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import zipfile

@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM end every command with one line and an exit code; what was there before stays."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

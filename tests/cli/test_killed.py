@@ -1,7 +1,5 @@
 """A verb that is ended at any moment leaves the whole old folder or the whole new one."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """What is said of a mistyped command, and at the end of one that has done its work."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os

@@ -1,7 +1,5 @@
 """No verb touches what it did not make: all verbs, their `out` and their inputs, found by themselves."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from pathlib import Path

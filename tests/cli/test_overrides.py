@@ -1,7 +1,5 @@
 """A value on the command line is of the kind that its config file has."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """What the README tells a newcomer to do with a pendulum: its commands, with a shorter training."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,7 +1,5 @@
 """Two programs of one command line: the library's, and the dissertation's with the library's verbs in it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

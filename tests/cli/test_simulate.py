@@ -1,7 +1,5 @@
 """The verb simulate: what it writes, prints and refuses."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

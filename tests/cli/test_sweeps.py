@@ -1,7 +1,5 @@
 """Sweeps as a user runs them: one after the other, side by side, by Optuna; and the verb compare."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import os

@@ -1,7 +1,5 @@
 """Docstrings: complete for what users meet and for protocols, else a summary with the shapes of arrays."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

@@ -3,8 +3,6 @@
 Numbers are compared as they are printed: an example rounds them, or ends them in "...".
 """
 
-from __future__ import annotations
-
 import doctest
 import importlib
 from pathlib import Path

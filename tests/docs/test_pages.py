@@ -1,7 +1,5 @@
 """What the pages of the documentation promise exists: links, commands, files, imports, what is printed."""
 
-from __future__ import annotations
-
 import ast
 import gzip
 import importlib

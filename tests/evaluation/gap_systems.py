@@ -1,7 +1,5 @@
 """Systems whose motion is known without the code under test, and measured experiments of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

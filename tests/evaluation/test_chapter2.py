@@ -1,7 +1,5 @@
 """Numbers and verdicts of the tutorial on small made-up tables."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Claims of chapter 3: tested over data sets, of which four are too few."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

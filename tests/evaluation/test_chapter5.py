@@ -1,7 +1,5 @@
 """Numbers of chapter 5 are those of the tables; claims hold where they are planted and fail where not."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 

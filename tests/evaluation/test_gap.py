@@ -1,7 +1,5 @@
 """The gap between a system and measured experiments, against independent integrators and closed forms."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The steps of a gap are small enough; what diverges or has no value is a large error."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

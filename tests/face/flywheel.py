@@ -1,7 +1,5 @@
 """The logs of the example flywheel, by the closed form of its motion."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Logs from data frames: equal to those from a folder, and refused in the same words."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 

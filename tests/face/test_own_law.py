@@ -1,7 +1,5 @@
 """A law of a user from its file to the page and to the next experiment."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

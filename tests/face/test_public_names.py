@@ -1,7 +1,5 @@
 """`import unmodelled as um`: what it costs, what it offers, and what its examples are."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json

@@ -1,7 +1,5 @@
 """What simulate, diagnose, identifiability and identify_uncertainty return: texts, tables, pages, files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path

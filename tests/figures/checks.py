@@ -1,7 +1,5 @@
 """What every figure must do, whatever its chapter."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path

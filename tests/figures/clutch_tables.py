@@ -1,7 +1,5 @@
 """Small made-up tables of the wet clutch, from which the figures of chapter 3 are drawn."""
 
-from __future__ import annotations
-
 import json
 from itertools import combinations, product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A small made-up campaign with follower jumps and the tables of what was predicted and explained of it."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Small made-up tables of the slider-crank, from which the figures of chapter 4 are drawn."""
 
-from __future__ import annotations
-
 from itertools import product
 from pathlib import Path
 

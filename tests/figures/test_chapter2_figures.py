@@ -1,7 +1,5 @@
 """Figures of the tutorial on small made-up tables."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What single figures of chapter 3 show is what the tables hold."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

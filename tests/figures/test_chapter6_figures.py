@@ -1,7 +1,5 @@
 """Figures of chapter 6 on small made-up tables."""
 
-from __future__ import annotations
-
 import io
 from itertools import product
 from pathlib import Path

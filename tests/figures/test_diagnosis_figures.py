@@ -1,7 +1,5 @@
 """Figures of a diagnosis on the tables of a pendulum, and on tables that lack something."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What single figures of follower jumps show is what the campaign and the tables hold."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

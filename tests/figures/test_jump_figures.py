@@ -1,7 +1,5 @@
 """Every figure of follower jumps: units, caption and file, and what is left where tables lack something."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

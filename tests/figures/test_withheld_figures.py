@@ -1,7 +1,5 @@
 """Figures of the withheld check on small made-up tables."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One command for many cells of a verb."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

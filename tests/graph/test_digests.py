@@ -1,7 +1,5 @@
 """A stage is run again when code or configuration that it runs has changed, and at no other change."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

@@ -1,7 +1,5 @@
 """Published machines: their archives become log folders, which their system files read and simulate."""
 
-from __future__ import annotations
-
 import os
 import zipfile
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A small set of everything that a report is made from, and the report of it."""
 
-from __future__ import annotations
-
 import json
 from html.parser import HTMLParser
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The list of answers: all are found, damaged ones are notes, and the page filters, sorts and compares."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -4,8 +4,6 @@ REPORT_SITE=<folder> visits a report that was built before instead of a small on
 REPORT_SCREENSHOTS=<folder> keeps pictures of all pages. REPORT_BROWSER=required fails where no browser is.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The page of a diagnosis opens from disk, needs nothing else, and says what diagnosis.json says."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

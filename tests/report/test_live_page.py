@@ -1,7 +1,5 @@
 """The machine in the page of an answer: sliders, switches, plots, and names that stay text."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The page of a simulation: its sentence, its machine, and names that stay text."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The page of a training: what was learned, the machine with the formulas, and names that stay text."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

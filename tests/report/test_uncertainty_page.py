@@ -1,7 +1,5 @@
 """The page of an identified distribution: its sentence, figures and machine, and names that stay text."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

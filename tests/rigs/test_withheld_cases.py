@@ -1,7 +1,5 @@
 """Cases of the withheld check: how they are drawn, and what is written of them."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

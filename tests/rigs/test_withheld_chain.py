@@ -1,7 +1,5 @@
 """Measurement chains of the withheld check: every part does what it says, and cases follow their seed."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a user hands to `diagnose`: a cart on a rail with its logs, and ways to spoil them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The stages of chapter 5, run as the command line does with a profile that is tiny."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A law of the library planted in a small machine and diagnosed from its logs to the page: what must hold."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The verb diagnose around a diagnosis that is given: what it writes, prints and keeps."""
 
-from __future__ import annotations
-
 from html import unescape
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What `diagnose` refuses: exit code 2, one line that names file and place, and nothing is written."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

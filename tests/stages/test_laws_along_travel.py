@@ -1,7 +1,5 @@
 """Every law that depends on a position, from logs to the page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

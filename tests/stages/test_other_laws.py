@@ -1,7 +1,5 @@
 """Every law of speed, time, inputs, outputs and parameters, from logs to the page."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """From robot file and logs to the patched file, by the command line: planted dry friction and a rotor."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

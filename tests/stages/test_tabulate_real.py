@@ -1,7 +1,5 @@
 """Diagnoses of measured machines become numbers and tables; what is damaged is named."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
