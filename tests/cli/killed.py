@@ -10,9 +10,11 @@ import os
 import shutil
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tests.commands import exit_code
 from unmodelled.__main__ import PROGRAM
 from unmodelled.base import workers
 from unmodelled.cli import command_line
@@ -113,10 +115,7 @@ class Server:
 
 def call(words: list[str]) -> int:
     """Exit code of a verb."""
-    try:
-        return command_line.main(PROGRAM, words)
-    except SystemExit as left:
-        return left.code if isinstance(left.code, int) else 1
+    return exit_code(*words, program=partial(command_line.main, PROGRAM))
 
 
 def main() -> None:

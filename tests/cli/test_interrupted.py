@@ -14,8 +14,6 @@ import pytest
 from unmodelled.base.ownership import MARKER
 from unmodelled.base.workers import INTERRUPTION
 
-SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
-
 
 def interrupted(
     arguments: list[str],
