@@ -22,18 +22,13 @@ PENDULUM = SYSTEMS / "pendulum.yaml"
 SLED = """
 schema: system/1
 name: sled
-states:
-  v: {unit: m/s}
-inputs:
-  F: {unit: N}
+states: {v: {unit: m/s}}
+inputs: {F: {unit: N}}
 outputs:
   v: {unit: m/s}
-parameters:
-  m: {value: 2.0, unit: kg}
-ports:
-  rail: {effort: F_r, unit: N, velocity: v}
-dynamics:
-  v: (F - F_r)/m
+parameters: {m: {value: 2.0, unit: kg}}
+ports: {rail: {effort: F_r, unit: N, velocity: v}}
+dynamics: {v: (F - F_r)/m}
 """
 
 
