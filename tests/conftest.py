@@ -1,11 +1,9 @@
 """What the tests share: small campaigns, in memory and on disk."""
 
-from __future__ import annotations
-
 import gc
 import os
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -72,19 +70,17 @@ def stages() -> dict[str, Any]:
     return found
 
 
+def files_of(folder: Path) -> dict[str, bytes]:
+    """All files below a folder."""
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
 def log_text(n: int = 200, period: float = 0.0005, rate: float = 12.0) -> list[list[str]]:
     """Cells of a well-formed log: seven rows of `n` columns."""
     t = np.arange(n) * period
     theta = np.mod(rate * t, 2 * np.pi)
-    rows = [
-        t,
-        theta,
-        np.full(n, rate),
-        np.sin(t),
-        0.01 * np.sin(theta),
-        0.01 * np.sin(theta),
-        1e-5 * np.cos(t),
-    ]
+    h = 0.01 * np.sin(theta)
+    rows = (t, theta, np.full(n, rate), np.sin(t), h, h, 1e-5 * np.cos(t))
     return [[f"{x:.5g}" for x in row] for row in rows]
 
 
@@ -100,11 +96,20 @@ def write_archive(path: Path, logs: dict[int, list[list[str]]], parameters: str 
     return path
 
 
+def campaign_of(rows: Sequence[Mapping[str, Any]], logs: Sequence[Mapping[str, np.ndarray]]) -> Campaign:
+    """A virtual campaign of experiments, which are numbered from 1, and their logs."""
+    table = pd.DataFrame(rows)
+    table.insert(0, "exp", range(1, len(rows) + 1))
+    signals = {name: np.concatenate([log[name] for log in logs]) for name in logs[0]}
+    offsets = np.cumsum([0, *(len(log["t"]) for log in logs)]).astype(np.int64)
+    return Campaign(table, signals, offsets, {"data": "virtual"})
+
+
 @pytest.fixture(scope="session")
 def small_campaign() -> Campaign:
     """Thirty smooth runs at 100 Hz that a drivetrain could have made."""
     generator = np.random.default_rng(0)
-    rows, parts = [], []
+    rows, logs = [], []
     for i in range(30):
         H, beta = [(0.01, np.pi), (0.03, 0.5 * np.pi)][i % 2]
         V = 4.0 + 0.2 * i
@@ -112,13 +117,10 @@ def small_campaign() -> Campaign:
         t = np.arange(n) * 0.01
         final = 3.5 * V - 9.0
         omega = final * (1 - np.exp(-t / 0.1)) + 0.05 * generator.standard_normal(n)
-        parts.append({"t": t, "theta": np.cumsum(omega) * 0.01, "omega": omega})
-        kind = "contact" if i < 26 else "jump"
-        rows.append((i + 1, H, beta, 0.7 + 0.02 * i, V, kind, 10.0 - 0.3 * i, 0.001 * i))
-    columns = ["exp", "H", "beta", "m", "V", "label", "f_min", "eps_share"]
-    signals = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
-    offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
-    return Campaign(pd.DataFrame(rows, columns=columns), signals, offsets, {"data": "virtual"})
+        logs.append({"t": t, "theta": np.cumsum(omega) * 0.01, "omega": omega})
+        row = {"H": H, "beta": beta, "m": 0.7 + 0.02 * i, "V": V, "label": "contact" if i < 26 else "jump"}
+        rows.append(row | {"f_min": 10.0 - 0.3 * i, "eps_share": 0.001 * i})
+    return campaign_of(rows, logs)
 
 
 @pytest.fixture(scope="session")
@@ -128,7 +130,7 @@ def jump_campaign() -> Campaign:
     grid = [
         (H, beta, m, V) for H in (0.01, 0.03) for beta in (1.5, 3.0) for m in (0.7, 1.3) for V in range(5)
     ]
-    rows, parts = [], []
+    rows, logs = [], []
     for i, (H, beta, m, V) in enumerate(grid):
         n = 120 - 10 * V
         t = np.arange(n) * 0.01
@@ -144,11 +146,9 @@ def jump_campaign() -> Campaign:
         signals |= {"h": h, "F_dagger": force} | {
             k: np.gradient(h, 0.01) for k in ("dh", "d2h", "h_dot", "h_ddot")
         }
-        parts.append(signals)
+        logs.append(signals)
         share = eps.max() / H
         label = "stall" if i == 0 else "jump" if share > 0.013 else "contact"
-        rows.append((i + 1, H, beta, m, 4.0 + V, label, share, force.min(), force.min(), n))
-    columns = ["exp", "H", "beta", "m", "V", "label", "eps_share", "f_min", "f_bar_min", "samples"]
-    joined = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
-    offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
-    return Campaign(pd.DataFrame(rows, columns=columns), joined, offsets, {"data": "virtual"})
+        row = {"H": H, "beta": beta, "m": m, "V": 4.0 + V, "label": label, "eps_share": share}
+        rows.append(row | {"f_min": force.min(), "f_bar_min": force.min(), "samples": n})
+    return campaign_of(rows, logs)

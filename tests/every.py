@@ -1,7 +1,5 @@
 """One test of many cases, which are made as it runs, and of which all that fail are named."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """Benchmarks are run by hand; that what they measure is still where they look for it is seen here."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 

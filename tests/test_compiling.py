@@ -1,7 +1,5 @@
 """What is compiled is compiled again when something in its room changes."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import pickle

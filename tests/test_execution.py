@@ -1,35 +1,20 @@
 """What is noted of a stage: only of stages of the graph, only of those that came to their end."""
 
-from __future__ import annotations
-
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from pipeline.__main__ import EXECUTIONS, PACKAGES, note
-
-
-def run(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    inherited = {key: value for key, value in os.environ.items() if not key.startswith("DVC_")}
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=folder,
-        env={**inherited, "PYTHONPATH": str(Path(__file__).parents[1]), **environment},
-        capture_output=True,
-        text=True,
-    )
+from tests.commands import python
 
 
 def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
-    command = ["site", "out=pages", "metrics=numbers"]
+    command = ["-m", "pipeline", "site", "out=pages", "metrics=numbers"]
     stage = {"DVC_STAGE": "site@a", "DVC_ROOT": str(tmp_path / "root")}
-    assert run(tmp_path, *command).returncode == 0
+    assert python(*command, cwd=tmp_path, DVC_STAGE=None, DVC_ROOT=None).returncode == 0
     assert not (tmp_path / EXECUTIONS).exists()
-    assert run(tmp_path, *command, **stage).returncode == 0
+    assert python(*command, cwd=tmp_path, **stage).returncode == 0
     (path,) = (tmp_path / "root" / EXECUTIONS).iterdir()
     content = json.loads(path.read_text())
     assert path.name == "site@a.json" and content["stage"] == "site@a"
@@ -39,7 +24,7 @@ def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
     # one that fails leaves the note of the last that did not
     (tmp_path / "numbers").mkdir()
     (tmp_path / "numbers" / "a.json").write_text("{")
-    assert run(tmp_path, *command, **stage).returncode == 2
+    assert python(*command, cwd=tmp_path, **stage).returncode == 2
     assert json.loads(path.read_text()) == content
 
 

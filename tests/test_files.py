@@ -1,7 +1,5 @@
 """Writing survives a full disk, a folder that cannot be written, two runs at once and kills at any moment."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -17,32 +15,27 @@ import torch
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
+from tests.commands import ROOT, python
+from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import put_folder, read_json, replacing, replacing_folder, write_json
 from unmodelled.base.ownership import MARKER, RECORD
 from unmodelled.base.parquet import write_parquet
 from unmodelled.learning.checkpoint import write_checkpoint
 
-ROOT = Path(__file__).parents[1]
-
-
-def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """A program that can write 20 kB to a file and no more, as if the disk were full then."""
-    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
-    command = [sys.executable, "-c", limit + code, *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-
 
 def test_a_verb_on_a_full_disk_says_so_and_leaves_the_old_result(tmp_path: Path) -> None:
+    """The program can write 20 kB to a file and no more, as if the disk were full then."""
     out = tmp_path / "logs"
     acquire(PendulumCampaign(runs=1), 0, out)
-    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    before = files_of(out)
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
     main = "import sys; from pipeline.__main__ import main; sys.exit(main(sys.argv[1:]))"
-    result = run(main, "acquire", "source=pendulum", "seed=1", f"out={out}")
+    result = python("-c", limit + main, "acquire", "source=pendulum", "seed=1", f"out={out}")
     assert result.returncode == 2
     assert result.stderr.startswith(f"error: {out}") and result.stderr.endswith("File too large\n")
     assert result.stderr.count("\n") == 1
-    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+    assert files_of(out) == before
     assert list(tmp_path.iterdir()) == [out]
 
 
@@ -124,11 +117,11 @@ def _without_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_without_exchange")
-@pytest.mark.parametrize("moment", [1, 2, 3])
+@pytest.mark.parametrize("moment", [0, 1, 2, 3])
 def test_an_interruption_between_the_renames_loses_nothing(
     moment: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C before the old folder goes, before the new one comes, and right after."""
+    """Ctrl-C while it is written, before the old folder goes, before the new one comes, and right after."""
     out, rename, calls = tmp_path / "out", Path.replace, []
 
     def interrupted(path: Path, target: Path) -> Path:
@@ -145,6 +138,8 @@ def test_an_interruption_between_the_renames_loses_nothing(
     with pytest.raises(KeyboardInterrupt), replacing_folder(out) as folder:
         (folder / "who").write_text("new")
         monkeypatch.setattr(Path, "replace", interrupted)
+        if moment == 0:
+            raise KeyboardInterrupt
     assert (out / "who").read_text() == ("new" if moment == 3 else "old")
     assert list(tmp_path.iterdir()) == [out]
 

@@ -1,7 +1,5 @@
 """The methods of the comparison recover what they can, and the tables of the page are those of its files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Jobs side by side: all are done, failures are told, and what was done before a kill is kept."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Collection
 from functools import partial

@@ -1,7 +1,5 @@
 """Nouns never import verbs; layers import downwards only."""
 
-from __future__ import annotations
-
 import ast
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """What is known about the measured data set, reproduced from its raw logs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """What a killed `dvc repro` leaves is put right; what is at work is left alone."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os
@@ -22,7 +20,6 @@ from pipeline.mend import mend
 from unmodelled.base.leftovers import locked
 from unmodelled.base.progress import track
 
-ROOT = Path(__file__).parents[1]
 GONE = 2**22 + 1  # larger than any process id
 
 
@@ -95,8 +92,7 @@ def test_a_list_that_dvc_writes_in_the_same_moment_stays(root: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", "input()", "dvc"], stdin=subprocess.PIPE) as dvc:
         with (root / ".dvc" / "tmp" / "rwlock.lock").open("a") as guard:
             fcntl.flock(guard, fcntl.LOCK_EX)
-            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-            mending = subprocess.Popen([sys.executable, "-c", code], cwd=root, env=environment)
+            mending = subprocess.Popen([sys.executable, "-c", code], cwd=root)
             time.sleep(1.0)
             assert mending.poll() is None or mending.returncode == 0
             path.write_text(listed(dvc.pid))

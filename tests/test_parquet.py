@@ -1,7 +1,5 @@
 """Tables that tell when they are damaged."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

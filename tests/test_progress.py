@@ -1,19 +1,14 @@
 """Progress: bars on a terminal, plain lines elsewhere, nothing or more on request."""
 
-from __future__ import annotations
-
 import io
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.commands import python
 from unmodelled.base import progress
 from unmodelled.base.progress import Counter, say, track
-
-ROOT = Path(__file__).parents[1]
 
 
 class Clock:
@@ -104,14 +99,8 @@ def test_a_bar_is_taken_away_when_work_fails(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_flags_of_the_command_line(tmp_path: Path) -> None:
     def run(*flags: str) -> str:
-        command = [sys.executable, "-m", "pipeline", "acquire", "source=pendulum", "source.runs=1"]
-        result = subprocess.run(
-            [*command, f"out={tmp_path}/logs", *flags],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            env={name: value for name, value in os.environ.items() if name != "EXP_PROGRESS"},
-        )
+        words = ["acquire", "source=pendulum", "source.runs=1", f"out={tmp_path}/logs", *flags]
+        result = python("-m", "pipeline", *words, EXP_PROGRESS=None)
         assert result.returncode == 0, result.stderr
         return result.stderr
 

@@ -1,7 +1,5 @@
 """Official splits of public data sets, and a virtual stand-in that is diagnosed and simulated."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

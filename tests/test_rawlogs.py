@@ -1,7 +1,5 @@
 """Bad logs: one clear line that names file, row and column."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

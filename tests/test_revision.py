@@ -1,7 +1,5 @@
 """The revision that stands beside a result."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The content of a JSON file is as it must be, or the place is named where it is not."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

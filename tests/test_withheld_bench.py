@@ -1,12 +1,8 @@
 """The benchmark Withheld: cases without their truth, entrants, resuming, the cap, scores and tables."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +19,12 @@ from benchmarks.withheld.table import read_rows
 from benchmarks.withheld.wrong_logs import FAULTS, Fault
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
+from tests.commands import ROOT, python
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.systems.reader import read_system
 
-ROOT = Path(__file__).parents[1]
+COULOMB = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"
 #: Says the family that the word `family=` has; `family=loop` never ends. Writes down that it was called.
 STUB = """
 import json, pathlib, sys
@@ -232,26 +229,27 @@ def test_a_number_is_scored_by_its_interval() -> None:
         assert scored.score(truth, said)["inside"] == inside
 
 
+def rates_of(told: str) -> dict[str, str]:
+    return dict(re.split("  +", line, maxsplit=1) for line in told.splitlines() if "  " in line.strip())
+
+
 def test_the_example_entrant_is_scored_by_plain_python(tmp_path: Path) -> None:
     """Neither the entrant nor the scorer sees an installed package."""
     case(tmp_path, "one", "single", "coulomb_friction")
     case(tmp_path, "nothing", "null", None)
-    bare = [sys.executable, "-I", "-S"]
-    script = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"
+    bare = ["-I", "-S"]
     for name in ("one", "nothing"):
         words = f"system={tmp_path}/cases/{name}/system.yaml", f"out={tmp_path}/answers/{name}"
-        subprocess.run([*bare, str(script), *words], check=True)
+        assert python(*bare, COULOMB, *words).returncode == 0
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r})\nfrom benchmarks.withheld.score import main\n"
     code += "main(sys.argv[1:])"
     words = f"truth={tmp_path}/truth", f"answers={tmp_path}/answers"
-    told = subprocess.run([*bare, "-c", code, *words], check=True, capture_output=True, text=True).stdout
-    rates = dict(re.split("  +", line, maxsplit=1) for line in told.splitlines() if "  " in line.strip())
+    rates = rates_of(python(*bare, "-c", code, *words).stdout)
     assert rates["right"] == "1 of 2: 50 % (9 to 91)" and rates["named first"].startswith("1 of 1")
     assert rates["Brier score"] == "0.250"
 
     (tmp_path / "answers" / "one" / "answer.json").unlink()
-    told = subprocess.run([*bare, "-c", code, *words], check=True, capture_output=True, text=True).stdout
-    rates = dict(re.split("  +", line, maxsplit=1) for line in told.splitlines() if "  " in line.strip())
+    rates = rates_of(python(*bare, "-c", code, *words).stdout)
     assert rates["right"].startswith("0 of 2") and rates["named first"].startswith("0 of 1")
     assert rates["without an answer"].startswith("1 of 2")
 
@@ -276,10 +274,8 @@ def test_a_bad_answer_is_one_line(tmp_path: Path, text: str, said: str) -> None:
 @pytest.mark.long
 def test_a_sweep_answers_every_case_once(tmp_path: Path) -> None:
     """The command of the manual, from Hydra to the rows."""
-    script = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"
-    words = ["cases=planted:7:2", f"entrant=coulomb:{script}", f"out={tmp_path}", "case=range(0,3)"]
-    call = [sys.executable, "-m", "benchmarks.withheld", "-m", *words]
-    ran = subprocess.run(call, cwd=ROOT, capture_output=True, text=True)
+    words = ["cases=planted:7:2", f"entrant=coulomb:{COULOMB}", f"out={tmp_path}", "case=range(0,3)"]
+    ran = python("-m", "benchmarks.withheld", "-m", *words)
     assert ran.returncode == 2 and ran.stderr.strip() == "case: must be 0 to 1 of planted:7:2, got 2"
     assert len(read_rows(tmp_path / "rows" / "coulomb")) == 2
     assert ran.stdout.count("coulomb_friction at") >= 2
@@ -287,10 +283,8 @@ def test_a_sweep_answers_every_case_once(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_a_sweep_on_all_cores_answers_every_case(tmp_path: Path) -> None:
-    script = ROOT / "benchmarks" / "withheld" / "entrants" / "coulomb.py"
-    words = ["cases=planted:7:2", f"entrant=coulomb:{script}", f"out={tmp_path}", "case=range(0,2)"]
-    call = [sys.executable, "-m", "benchmarks.withheld", "-m", *words, "hydra/launcher=joblib"]
-    ran = subprocess.run(call, cwd=ROOT, capture_output=True, text=True)
+    words = ["cases=planted:7:2", f"entrant=coulomb:{COULOMB}", f"out={tmp_path}", "case=range(0,2)"]
+    ran = python("-m", "benchmarks.withheld", "-m", *words, "hydra/launcher=joblib")
     assert ran.returncode == 0, ran.stderr[-1000:]
     assert len(read_rows(tmp_path / "rows" / "coulomb")) == 2
 

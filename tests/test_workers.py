@@ -1,7 +1,5 @@
 """Worker processes: none outlives the process that it works for."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -1,7 +1,5 @@
 """Small detachment networks with random weights, and random runs for them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

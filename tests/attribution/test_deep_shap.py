@@ -1,8 +1,7 @@
 """DeepSHAP through the LSTM: its axioms, and its values where they are known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,21 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from torch import Tensor
 
-from pipeline.attribution import deep_shap as module
 from pipeline.attribution.deep_shap import contributions, deep_shap, multipliers
 from pipeline.attribution.recurrent import Recurrent, Trace
 from pipeline.cam_follower.sequences import Sequences
-from tests.attribution.problems import (
-    STATES,
-    alike,
-    deaf,
-    inputs_of,
-    mean_phi,
-    random_network,
-    random_runs,
-    rows,
-    twins,
-)
+from tests.attribution.problems import STATES, deaf, inputs_of, mean_phi, random_network, random_runs, rows
 from unmodelled.base.threads import one_thread
 
 Array = NDArray[np.float64]
@@ -105,9 +93,7 @@ def test_close_to_a_reference_attributions_are_the_gradient() -> None:
 
 
 def moved(runs: Sequences, features: Array, q: Array) -> Sequences:
-    return Sequences(
-        runs.inputs, runs.runs, runs.features + features, runs.settings + q, runs.target, runs.lengths
-    )
+    return replace(runs, features=runs.features + features, settings=runs.settings + q)
 
 
 def test_values_of_a_linear_network() -> None:
@@ -139,17 +125,6 @@ def test_values_of_a_linear_network() -> None:
     assert_allclose(found.phi[3:], np.repeat(of_settings[:, None], 10, 1), rtol=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
-@given(SEEDS)
-def test_inputs_alike_get_the_same(seed: int) -> None:
-    inputs = inputs_of(3, 3)
-    run, background = alike(random_runs(inputs, [8], seed)), alike(random_runs(inputs, [9, 8], seed + 1))
-    (found,) = deep_shap(twins(inputs, seed), run, background)
-    assert_allclose(found.phi[0], found.phi[1], rtol=1e-9, atol=1e-12)
-    assert_allclose(found.phi[3], found.phi[4], rtol=1e-9, atol=1e-12)
-    assert np.abs(found.phi[0] - found.phi[2]).max() > 1e-6
-
-
 def test_what_the_network_does_not_read_gets_nothing() -> None:
     inputs = inputs_of(3, 2)
     run, background = random_runs(inputs, [8], 1), random_runs(inputs, [9, 8], 2)
@@ -168,18 +143,6 @@ def test_what_equals_the_references_gets_nothing() -> None:
     assert np.abs(found.phi[[0, 1, 3]]).max(1).min() > 1e-6
 
 
-def test_a_background_is_the_mean_of_its_references(monkeypatch: pytest.MonkeyPatch) -> None:
-    inputs = inputs_of(3, 2)
-    network, run = random_network(inputs, 0), random_runs(inputs, [8], 1)
-    background = random_runs(inputs, [8, 10, 9, 8, 12], 2)
-    single = [deep_shap(network, run, rows(background, i))[0] for i in range(5)]
-    for part in (2, 32):
-        monkeypatch.setattr(module, "PART", part)
-        (found,) = deep_shap(network, run, background)
-        assert_allclose(found.phi, mean_phi(single), rtol=1e-9, atol=1e-12)
-        assert_allclose(found.base, np.mean([a.base for a in single], 0), rtol=1e-9)
-
-
 def test_references_count_as_long_as_they_last() -> None:
     inputs = inputs_of(2, 1)
     network, run = random_network(inputs, 0), random_runs(inputs, [9], 1)
@@ -192,14 +155,8 @@ def test_references_count_as_long_as_they_last() -> None:
 
 
 def cut(runs: Sequences, steps: int) -> Sequences:
-    return Sequences(
-        runs.inputs,
-        runs.runs,
-        runs.features[:, :steps],
-        runs.settings,
-        runs.target[:, :steps],
-        np.array([steps]),
-    )
+    features, target = runs.features[:, :steps], runs.target[:, :steps]
+    return replace(runs, features=features, target=target, lengths=np.array([steps]))
 
 
 def test_runs_do_not_change_each_other_nor_the_network() -> None:

@@ -1,8 +1,6 @@
 """Exact Shapley values against their definition, and DeepSHAP and shap's gradients against them."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import permutations
 
 import numpy as np
@@ -13,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from pipeline.attribution import exact as module
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley, shapley_weights
+from pipeline.attribution.result import Attribution
 from tests.attribution.problems import (
     STATES,
     alike,
@@ -31,6 +29,7 @@ from unmodelled.base.threads import one_thread
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)
+Method = Callable[..., list[Attribution]]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -93,14 +92,16 @@ def test_gates_split_what_they_multiply_as_shapley_does() -> None:
     assert np.abs(expected.phi).min() > 0
 
 
+@pytest.mark.parametrize("method", [deep_shap, exact_shapley])
 @settings(max_examples=10, deadline=None)
 @given(SEEDS)
-def test_inputs_alike_get_the_same(seed: int) -> None:
-    inputs = inputs_of(3, 2)
-    run, background = alike(random_runs(inputs, [6], seed)), alike(random_runs(inputs, [8, 6], seed + 1))
-    (found,) = exact_shapley(twins(inputs, seed), run, background)
+def test_inputs_alike_get_the_same(method: Method, seed: int) -> None:
+    inputs = inputs_of(3, 3)
+    run, background = alike(random_runs(inputs, [8], seed)), alike(random_runs(inputs, [9, 8], seed + 1))
+    (found,) = method(twins(inputs, seed), run, background)
     assert_allclose(found.phi[0], found.phi[1], rtol=1e-9, atol=1e-12)
     assert_allclose(found.phi[3], found.phi[4], rtol=1e-9, atol=1e-12)
+    assert np.abs(found.phi[0] - found.phi[2]).max() > 1e-6
 
 
 def test_what_the_network_does_not_read_gets_nothing() -> None:
@@ -126,15 +127,26 @@ def test_a_group_of_everything_that_counts_gets_the_whole_difference() -> None:
     assert_allclose(found.phi[0], found.output - found.base, rtol=1e-9, atol=1e-12)
 
 
-def test_a_background_is_the_mean_of_its_references(monkeypatch: pytest.MonkeyPatch) -> None:
-    inputs = inputs_of(3, 1)
-    network, run = random_network(inputs, 0), random_runs(inputs, [6], 1)
-    background = random_runs(inputs, [6, 9, 6], 2)
-    single = [exact_shapley(network, run, rows(background, i))[0] for i in range(3)]
-    for together in (1, 7, 1024):
-        monkeypatch.setattr(module, "ROWS", together)
-        (found,) = exact_shapley(network, run, background)
+@pytest.mark.parametrize(
+    ("method", "place", "together"),
+    [
+        (deep_shap, "pipeline.attribution.deep_shap.PART", (2, 32)),
+        (exact_shapley, "pipeline.attribution.exact.ROWS", (1, 7, 1024)),
+    ],
+)
+def test_a_background_is_the_mean_of_its_references(
+    method: Method, place: str, together: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many are computed at a time."""
+    inputs = inputs_of(3, 2)
+    network, run = random_network(inputs, 0), random_runs(inputs, [8], 1)
+    background = random_runs(inputs, [8, 10, 9, 8, 12], 2)
+    single = [method(network, run, rows(background, i))[0] for i in range(5)]
+    for count in together:
+        monkeypatch.setattr(place, count)
+        (found,) = method(network, run, background)
         assert_allclose(found.phi, mean_phi(single), rtol=1e-9, atol=1e-12)
+        assert_allclose(found.base, np.mean([a.base for a in single], 0), rtol=1e-9)
 
 
 def test_runs_and_references_of_any_length() -> None:

@@ -1,7 +1,5 @@
 """Attributions against those of the shap library, where it has any for this network."""
 
-from __future__ import annotations
-
 import importlib
 import warnings
 from types import ModuleType

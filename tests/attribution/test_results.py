@@ -1,7 +1,5 @@
 """Shares, agreement of methods, and what is refused."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -79,11 +77,8 @@ def test_what_cannot_be_put_together() -> None:
 
 @METHODS
 def test_refuses_backgrounds(method: Method) -> None:
-    network, runs, background = (
-        random_network(INPUTS, 0),
-        random_runs(INPUTS, [6], 1),
-        random_runs(INPUTS, [5, 4], 2),
-    )
+    network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
+    background = random_runs(INPUTS, [5, 4], 2)
     with pytest.raises(BadInput, match="background: it holds no run"):
         method(network, runs, rows(background))
     with pytest.raises(BadInput, match="background: its longest run has 5 steps, an explained one 6"):
@@ -103,11 +98,8 @@ def test_refuses_inputs_that_the_network_does_not_read(method: Method) -> None:
 
 @METHODS
 def test_refuses_an_output_that_is_not_finite(method: Method) -> None:
-    network, runs, background = (
-        random_network(INPUTS, 0),
-        random_runs(INPUTS, [6], 1),
-        random_runs(INPUTS, [6, 3], 2),
-    )
+    network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
+    background = random_runs(INPUTS, [6, 3], 2)
     background.features[1, 2, 0] = np.nan
     with pytest.raises(BadInput, match="experiment 8: the network's output is not a finite number at step 3"):
         method(network, runs, background)

@@ -1,7 +1,5 @@
 """Which runs are explained, and attributions as tables."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -4,17 +4,17 @@ A moment is an operation of the file system below the folder of results. There t
 itself, gives it a copy of the folder, and sends it the signal; then it goes on.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os
 import shutil
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tests.commands import exit_code
 from unmodelled.__main__ import PROGRAM
 from unmodelled.base import workers
 from unmodelled.cli import command_line
@@ -115,10 +115,7 @@ class Server:
 
 def call(words: list[str]) -> int:
     """Exit code of a verb."""
-    try:
-        return command_line.main(PROGRAM, words)
-    except SystemExit as left:
-        return left.code if isinstance(left.code, int) else 1
+    return exit_code(*words, program=partial(command_line.main, PROGRAM))
 
 
 def main() -> None:

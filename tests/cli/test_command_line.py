@@ -1,9 +1,5 @@
 """What a user sees: help, errors, exit codes."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.__main__ import CONF, PROGRAM, main
+from tests.commands import exit_code, python
 from tests.conftest import log_text, write_archive
 from unmodelled.base.ownership import MARKER
 
@@ -30,12 +27,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
         monkeypatch.chdir(ROOT)
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        try:
-            code = main(list(arguments))
-        except SystemExit as left:
-            assert left.code is None or isinstance(left.code, int)
-            code = left.code or 0
-        said = capsys.readouterr()
+        code, said = exit_code(*arguments), capsys.readouterr()
         return code, said.out, said.err
 
     return call
@@ -59,7 +51,7 @@ def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_help_imports_nothing_heavy() -> None:
     code = "import sys; from pipeline.__main__ import main; main(['--help']); print(sorted(sys.modules))"
-    printed = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True).stdout
+    printed = python("-c", code).stdout
     for heavy in ("torch", "numba", "shap", "hydra", "pandas"):
         assert f"'{heavy}'" not in printed
 
@@ -70,22 +62,6 @@ def test_help_of_a_verb_explains_its_arguments(verb: str, run: Run) -> None:
     assert code == 0, wrong
     assert "Args:" in said
     assert f"_target_: {PROGRAM.target(verb)}" in said
-
-
-def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["trian"]) == 2
-    assert "unknown verb 'trian'" in capsys.readouterr().err
-
-
-def test_unknown_key() -> None:
-    """In a process of its own: its exit code and its streams."""
-    command = [sys.executable, "-m", "pipeline", "train", "modle=f_h1", "out=x"]
-    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert_refused((result.returncode, result.stdout, result.stderr), "modle")
-
-
-def test_unknown_model(run: Run) -> None:
-    assert_refused(run("train", "model=f_h9", "out=x"), "f_h9", "f_h1")
 
 
 def test_missing_features(tmp_path: Path, run: Run) -> None:
@@ -151,28 +127,6 @@ def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path, run: Run) -> None:
     )
     assert [p.name for p in tmp_path.iterdir() if p.name.endswith(".tmp")] == []
     assert (store / "signals.parquet").read_text() == "old"
-
-
-def test_no_space_left(tmp_path: Path) -> None:
-    """A device that is always full stands for a full disk."""
-    from unmodelled.base.errors import BadInput
-    from unmodelled.base.files import replacing
-
-    target = tmp_path / "result.json"
-    target.write_text("old")
-    with pytest.raises(BadInput, match="No space left"), replacing(target):
-        Path("/dev/full").write_text("x" * 100_000)
-    assert target.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [target]
-
-
-def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
-    from unmodelled.base.files import replacing_folder
-
-    with pytest.raises(KeyboardInterrupt), replacing_folder(tmp_path / "out") as folder:
-        (folder / "half").write_text("half")
-        raise KeyboardInterrupt
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_a_killed_evaluation_left_behind_is_not_a_prediction(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Config files, signatures, and what the stage graph declares."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

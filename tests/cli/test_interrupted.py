@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM end every command with one line and an exit code; what was there before stays."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -15,8 +13,6 @@ import pytest
 
 from unmodelled.base.ownership import MARKER
 from unmodelled.base.workers import INTERRUPTION
-
-SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 
 
 def interrupted(

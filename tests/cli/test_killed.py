@@ -1,12 +1,7 @@
 """A verb that is ended at any moment leaves the whole old folder or the whole new one."""
 
-from __future__ import annotations
-
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +9,11 @@ import pytest
 from hydra.utils import get_method
 
 from tests.cli.killed import call
+from tests.commands import ROOT, python
 from unmodelled.__main__ import PROGRAM
 from unmodelled.base.ownership import Out
 from unmodelled.base.workers import INTERRUPTION
 
-ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "unmodelled" / "api" / "examples"
 MOMENTS = 20
 CODES = {"SIGKILL": (-9,), "SIGINT": (130, 0), "SIGTERM": (143, 0)}
@@ -77,13 +72,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_old_result_or_the_new_one_is_whole(verb: str, place: Path) -> None:
     words, *both = VERBS[verb]
     old, new = (json.dumps([verb, *words, *own]) for own in both)
-    done = subprocess.run(
-        [sys.executable, "-m", "tests.cli.killed", str(place), str(MOMENTS), old, new],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = python("-m", "tests.cli.killed", place, str(MOMENTS), old, new, cwd=place)
     assert done.returncode == 0, done.stdout + done.stderr
     said: dict[str, Any] = json.loads(done.stdout)
     assert not said["equal"] and {found["is"] for found in said["found"]} == {"old", "new"}

@@ -1,7 +1,5 @@
 """What is said of a mistyped command, and at the end of one that has done its work."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os
@@ -15,6 +13,7 @@ import pytest
 
 from pipeline.__main__ import PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
+from tests.commands import exit_code
 from unmodelled.base.errors import LONGEST, BadInput, Faults
 from unmodelled.cli.refusal import FAULTS
 from unmodelled.cli.written import written
@@ -22,13 +21,9 @@ from unmodelled.cli.written import written
 ROOT = Path(__file__).parents[2]
 
 
-def said(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object, list[str]]:
+def said(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
     """Exit code, and the lines on standard error; nothing is on standard output."""
-    try:
-        code: object = main(arguments)
-    except SystemExit as left:
-        code = left.code
-    printed = capsys.readouterr()
+    code, printed = exit_code(*arguments), capsys.readouterr()
     assert printed.out == ""
     return code, printed.err.splitlines()
 

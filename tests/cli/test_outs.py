@@ -1,7 +1,5 @@
 """No verb touches what it did not make: all verbs, their `out` and their inputs, found by themselves."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +8,9 @@ from typing import Any
 import pytest
 from hydra.utils import get_method
 
-from pipeline.__main__ import CONF, PROGRAM, main
+from pipeline.__main__ import CONF, PROGRAM
+from tests.commands import exit_code
+from tests.conftest import files_of
 from tests.every import check_each
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER, OUTPUTS, Out, OutputPlace, path_arguments
@@ -41,17 +41,6 @@ def writing(*outs: Out) -> list[str]:
     """Verbs that have an `out` (of one of these kinds); finding them imports all that they need."""
     every = [verb for verb in PROGRAM.verbs if "out" in paths(verb)]
     return [verb for verb in every if not outs or place(verb).out in outs]
-
-
-def run(*arguments: str) -> object:
-    try:
-        return main(list(arguments))
-    except SystemExit as left:
-        return left.code
-
-
-def everything(folder: Path) -> dict[str, bytes]:
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 def given(verb: str, folder: Path) -> dict[str, Path]:
@@ -85,9 +74,9 @@ def test_a_folder_that_no_verb_made_is_refused(
         known, out = given(verb, folder), folder / "mine"
         (out / "deep").mkdir(parents=True)
         (out / "deep" / "thesis.txt").write_text("years of work")
-        before = everything(folder)
-        code = run(verb, *(f"{name}={path}" for name, path in known.items()), f"out={out}")
-        after, said = everything(folder), capsys.readouterr().err
+        before = files_of(folder)
+        code = exit_code(verb, *(f"{name}={path}" for name, path in known.items()), f"out={out}")
+        after, said = files_of(folder), capsys.readouterr().err
         if place(verb).out is Out.SHARED:  # it takes the places of its own files there and no other
             assert before.items() <= after.items()
             return
@@ -105,12 +94,12 @@ def test_what_another_verb_or_an_older_program_made_is_refused(maker: str | None
         (out / "diagnosis.json").write_text("{}")
         if maker:
             (out / MARKER).write_text('{"files": ["diagnosis.json"], "made_by": "another"}')
-        before = everything(tmp_path / verb)
+        before = files_of(tmp_path / verb)
         told = "made by another, not by" if maker else "no verb made it"
         with pytest.raises(BadInput, match=told) as refused:
             call(verb, known, out)
         assert "give another folder, or remove this one yourself" in str(refused.value)
-        assert everything(tmp_path / verb) == before
+        assert files_of(tmp_path / verb) == before
 
     check_each(writing(Out.FOLDER), check)
 
@@ -138,12 +127,12 @@ def _check_out_at_input(verb: str, name: str, relation: str, folder: Path) -> No
     own = '{"files": ["folder/precious.txt", "precious.txt"], "made_by": "' + verb + '"}'
     if out.exists() and about.out is Out.FOLDER:
         (out / MARKER).write_text(own)  # even a folder that the verb made itself
-    before = everything(folder)
+    before = files_of(folder)
     with pytest.raises(BadInput) as refused:
         call(verb, known, out)
     if about.out is not Out.FILE:  # of a file, a folder of its name is wrong in any case
         assert f"{out}: {relation} the input {name}=" in str(refused.value)
-    assert everything(folder) == before
+    assert files_of(folder) == before
 
 
 @pytest.mark.long
@@ -158,12 +147,12 @@ def test_the_command_line_says_so_in_one_line(
         monkeypatch.chdir(folder)
         (folder / "link").symlink_to(folder / "in")
         name = inputs(verb)[0]
-        before = everything(folder)
+        before = files_of(folder)
         for out in (f"link/{name}/folder", f"in/../in/{name}/folder"):
-            code = run(verb, *(f"{key}={path}" for key, path in known.items()), f"out={out}")
+            code = exit_code(verb, *(f"{key}={path}" for key, path in known.items()), f"out={out}")
             said = capsys.readouterr().err
             assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
-        assert everything(folder) == before
+        assert files_of(folder) == before
 
     check_each([verb for verb in writing() if inputs(verb)], check)
 
@@ -183,22 +172,22 @@ def test_what_the_same_verb_made_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run("acquire", *TWICE["acquire"], "out=logs") == 0
+    assert exit_code("acquire", *TWICE["acquire"], "out=logs") == 0
     for verb, arguments in TWICE.items():
-        assert run(verb, *arguments, f"out={verb}") == 0
-        first = everything(tmp_path / verb)
-        assert run(verb, *arguments, f"out={verb}") == 0, capsys.readouterr().err
-        assert everything(tmp_path / verb) == first and f'"made_by": "{verb}"' in first[MARKER].decode()
+        assert exit_code(verb, *arguments, f"out={verb}") == 0
+        first = files_of(tmp_path / verb)
+        assert exit_code(verb, *arguments, f"out={verb}") == 0, capsys.readouterr().err
+        assert files_of(tmp_path / verb) == first and f'"made_by": "{verb}"' in first[MARKER].decode()
 
 
 def test_a_file_that_a_user_put_into_a_result_is_not_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run("acquire", *TWICE["acquire"], "out=logs") == 0
+    assert exit_code("acquire", *TWICE["acquire"], "out=logs") == 0
     (tmp_path / "logs" / "notes").mkdir()
     (tmp_path / "logs" / "notes" / "day.txt").write_text("it was warm")
-    before = everything(tmp_path)
-    assert run("acquire", *TWICE["acquire"], "out=logs") == 2
+    before = files_of(tmp_path)
+    assert exit_code("acquire", *TWICE["acquire"], "out=logs") == 2
     assert "'notes/day.txt', which acquire did not write" in capsys.readouterr().err
-    assert everything(tmp_path) == before
+    assert files_of(tmp_path) == before

@@ -1,12 +1,10 @@
 """A value on the command line is of the kind that its config file has."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
 
-from pipeline.__main__ import main
+from tests.commands import exit_code
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.overrides import check_kinds
 
@@ -85,10 +83,7 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
 def test_the_command_line_says_so_in_one_line(
     change: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    try:
-        code: object = main(["train", "model=f_h2", "model.features=nowhere", change])
-    except SystemExit as left:
-        code = left.code
+    code = exit_code("train", "model=f_h2", "model.features=nowhere", change)
     said = capsys.readouterr().err
     assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
     assert words in said

@@ -1,21 +1,17 @@
 """What the README tells a newcomer to do with a pendulum: its commands, with a shorter training."""
 
-from __future__ import annotations
-
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from tests.commands import ROOT, python
+
 pytestmark = pytest.mark.long
 
-ROOT = Path(__file__).parents[2]
 SECTION = (ROOT / "README.md").read_text().partition("## Your own machine")[2].partition("\n## ")[0]
 SYSTEM = re.search(r"```yaml\n(.*?)```", SECTION, re.S)
 COMMANDS = "".join(re.findall(r"```sh\n(.*?)```", SECTION, re.S))
@@ -33,9 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for line in COMMANDS.splitlines():
         words = shlex.split(line, comments=True)
         words += [key for verb, keys in SHORTER.items() if verb in words for key in keys]
-        command = [sys.executable, *(["-m", *words] if words[0] == "unmodelled" else words[1:])]
-        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-        result = subprocess.run(command, cwd=here, capture_output=True, text=True, env=environment)
+        result = python(*(["-m", *words] if words[0] == "unmodelled" else words[1:]), cwd=here)
         assert result.returncode == 0, (line, result.stderr)
         said += result.stdout
     (here / "said").write_text(said)

@@ -1,7 +1,5 @@
 """Two programs of one command line: the library's, and the dissertation's with the library's verbs in it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 
@@ -45,10 +43,3 @@ def test_a_reader_may_stop_before_the_end(module: str) -> None:
     done = subprocess.run(["bash", "-c", run], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("usage: ")
-
-
-def test_the_library_runs_as_a_module() -> None:
-    run = [sys.executable, "-m", "unmodelled", "simulat"]
-    done = subprocess.run(run, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert "unknown verb 'simulat'; did you mean 'simulate'?" in done.stderr

@@ -1,12 +1,7 @@
 """Sweeps as a user runs them: one after the other, side by side, by Optuna; and the verb compare."""
 
-from __future__ import annotations
-
 import inspect
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
@@ -14,8 +9,9 @@ import pytest
 import yaml
 from omegaconf import OmegaConf
 
-from pipeline.__main__ import CONF
 from pipeline.stages.tune import tune
+from tests.commands import python
+from tests.machines.folders import write_runs
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
@@ -24,7 +20,6 @@ from unmodelled.cli.command_line import _options_last
 from unmodelled.cli.sweep.runs import FAILURE, OVERRIDES
 from unmodelled.cli.verbs.compare import compare
 
-ROOT = CONF.parent
 SYSTEM = """
 schema: system/1
 name: cart
@@ -34,28 +29,15 @@ outputs: {x: {unit: m}}
 parameters: {m: {value: 2.0, unit: kg}}
 dynamics: {x: v, v: F/m}
 """
-SWEEP = ("simulate", "-m", "system=cart.yaml", "logs=logs", "hydra.sweep.dir=outputs/sweep")
-
-
-def call(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-    )
+SWEEP = ("-m", "pipeline", "simulate", "-m", "system=cart.yaml", "logs=logs", "hydra.sweep.dir=outputs/sweep")
 
 
 @pytest.fixture
 def cart(tmp_path: Path) -> Path:
     """A cart that is pushed, and a log of it that its system file does not explain."""
     (tmp_path / "cart.yaml").write_text(SYSTEM)
-    logs = tmp_path / "logs"
-    logs.mkdir()
     t = pd.Series(range(60)) * 0.01
-    pd.DataFrame({"t": t, "F": 1.0, "x": 0.2 * t**2 + t**3}).to_csv(logs / "a.csv", index=False)
-    (logs / "experiments.csv").write_text("id,file\na,a.csv\n")
+    write_runs(tmp_path / "logs", [pd.DataFrame({"t": t, "F": 1.0, "x": 0.2 * t**2 + t**3})])
     return tmp_path
 
 
@@ -77,14 +59,14 @@ def sweep(tmp_path: Path) -> Path:
 def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     """A run that fails says so and leaves the others alone."""
     horizons = "horizon=0.05,-1,0.1"
-    result = call(cart, *SWEEP, horizons, EXP_LAUNCHER="joblib", OMP_NUM_THREADS="1")
+    result = python(*SWEEP, horizons, EXP_LAUNCHER="joblib", OMP_NUM_THREADS="1", cwd=cart)
     assert result.returncode == 2, result.stderr
     assert "Done   3 out of   3" in result.stderr
     assert "error: horizon: must be a positive number of seconds, got -1" in result.stderr
     assert "Traceback" not in result.stderr
     runs = cart / "outputs" / "sweep"
     assert sorted(p.parent.name for p in runs.glob("*/simulation.json")) == ["0", "2"]
-    result = call(cart, "compare", "outputs/sweep", "out=compared")
+    result = python("-m", "pipeline", "compare", "outputs/sweep", "out=compared", cwd=cart)
     assert result.returncode == 0, result.stderr
     said = result.stdout.splitlines()
     assert said[0] == "3 runs, swept: horizon"
@@ -103,7 +85,7 @@ def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
 
 
 def test_a_sweep_has_a_folder_of_its_own(cart: Path) -> None:
-    result = call(cart, *SWEEP, "horizon=0.1,0.2", "out=data")
+    result = python(*SWEEP, "horizon=0.1,0.2", "out=data", cwd=cart)
     assert result.returncode == 2
     assert result.stderr.splitlines() == [
         "error: out: every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>"
@@ -116,13 +98,14 @@ def test_a_sweep_has_a_folder_of_its_own(cart: Path) -> None:
     [("joblib", "JoblibLauncher"), ("slurm", "SlurmLauncher"), ("submitit_local", "LocalLauncher")],
 )
 def test_launchers_are_installed_and_compose(launcher: str, name: str, cart: Path) -> None:
-    result = call(cart, "simulate", f"hydra/launcher={launcher}", "--cfg", "hydra", "-p", "hydra.launcher")
+    words = [f"hydra/launcher={launcher}", "--cfg", "hydra", "-p", "hydra.launcher"]
+    result = python("-m", "pipeline", "simulate", *words, cwd=cart)
     assert result.returncode == 0, result.stderr
     assert yaml.safe_load(result.stdout)["_target_"].endswith(f".{name}")
 
 
 def test_an_unknown_launcher_is_refused(cart: Path) -> None:
-    result = call(cart, *SWEEP, "horizon=0.1", EXP_LAUNCHER="cluster")
+    result = python(*SWEEP, "horizon=0.1", EXP_LAUNCHER="cluster", cwd=cart)
     assert result.returncode == 2
     (line,) = result.stderr.splitlines()
     assert "hydra/launcher=cluster" in line and "joblib" in line and "slurm" in line
@@ -133,7 +116,7 @@ def test_optuna_minimises_what_tune_returns(tmp_path: Path, small_campaign: Camp
     small_campaign.write(tmp_path / "features")
     words = ["hydra/sweeper=hidden_units", "hydra.sweeper.n_trials=3", "hydra.sweep.dir=search"]
     small = ["model.features=features", "model.fit.steps=3", "profile.repeats=2"]
-    result = call(tmp_path, "tune", "-m", *words, *small, OMP_NUM_THREADS="1")
+    result = python("-m", "pipeline", "tune", "-m", *words, *small, OMP_NUM_THREADS="1", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     found = yaml.safe_load((tmp_path / "search" / "optimization_results.yaml").read_text())
     tried = pd.concat([pd.read_parquet(tmp_path / "search" / k / "tuning.parquet") for k in "012"])
@@ -184,7 +167,7 @@ def test_a_sweep_in_which_all_failed(sweep: Path, tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_bare_word_is_the_folder_whatever_its_name(sweep: Path, tmp_path: Path) -> None:
     sweep.rename(tmp_path / "it's [a, b]")
-    result = call(tmp_path, "compare", "it's [a, b]", "out=out")
+    result = python("-m", "pipeline", "compare", "it's [a, b]", "out=out", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "out" / "comparison.svg").exists()
 
@@ -220,21 +203,9 @@ def test_bare_words_stand_for_the_required_keys_in_their_order(words: str, expec
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("words", "complaint"), [(["."], ".: no runs of a sweep in it"), (["a", "b"], "'b'")]
-)
-def test_what_compare_refuses(words: list[str], complaint: str, tmp_path: Path) -> None:
-    result = call(tmp_path, "compare", *words, "out=out")
-    assert result.returncode == 2
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("error: ") and complaint in line
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.long
 def test_a_fault_in_one_run_is_told_and_the_other_runs(tmp_path: Path) -> None:
     words = ["acquire", "-m", "source=pendulum", "+source.period=0.0,0.002", "hydra.sweep.dir=sweep"]
-    result = call(tmp_path, *words)
+    result = python("-m", "pipeline", *words, cwd=tmp_path)
     assert result.returncode == 1
     assert "Traceback" in result.stderr
     assert "ZeroDivisionError" in (tmp_path / "sweep" / "0" / FAILURE).read_text()

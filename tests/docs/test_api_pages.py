@@ -1,7 +1,5 @@
 """The pages on the library's functions are built from the docstrings, without warnings or a network."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

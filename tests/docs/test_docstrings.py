@@ -1,7 +1,5 @@
 """Docstrings: complete for what users meet and for protocols, else a summary with the shapes of arrays."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator
@@ -130,13 +128,8 @@ def _computed(field: ast.AnnAssign) -> bool:
 
 
 def _arguments(node: ast.FunctionDef) -> dict[str, str]:
-    every = [
-        *node.args.posonlyargs,
-        *node.args.args,
-        *node.args.kwonlyargs,
-        node.args.vararg,
-        node.args.kwarg,
-    ]
+    given = node.args
+    every = [*given.posonlyargs, *given.args, *given.kwonlyargs, given.vararg, given.kwarg]
     found = {a.arg: ast.unparse(a.annotation) if a.annotation else "" for a in every if a is not None}
     return {k: v for k, v in found.items() if k not in ("self", "cls") and not k.startswith("_")}
 

@@ -3,8 +3,6 @@
 Numbers are compared as they are printed: an example rounds them, or ends them in "...".
 """
 
-from __future__ import annotations
-
 import doctest
 import importlib
 from pathlib import Path
@@ -16,16 +14,9 @@ CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT 
 FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
 #: Modules whose examples take longer than two seconds.
-LONG = {
-    "unmodelled.api.answer_list",
-    "unmodelled.api.diagnosis",
-    "unmodelled.api.learned_laws",
-    "unmodelled.api.next_experiment",
-    "unmodelled.effects.own_law",
-    "unmodelled.learning.evaluation",
-    "unmodelled.learning.uncertainty.identified",
-    "unmodelled.uncertainty.push_forward",
-}
+LONG = {f"unmodelled.api.{name}" for name in ("answer_list", "diagnosis", "learned_laws", "next_experiment")}
+LONG |= {"unmodelled.effects.own_law", "unmodelled.learning.evaluation"}
+LONG |= {"unmodelled.learning.uncertainty.identified", "unmodelled.uncertainty.push_forward"}
 
 
 @pytest.mark.parametrize(

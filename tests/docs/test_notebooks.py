@@ -1,7 +1,5 @@
 """The notebooks run from their first to their last cell, and show what their text says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

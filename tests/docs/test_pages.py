@@ -1,16 +1,11 @@
 """What the pages of the documentation promise exists: links, commands, files, imports, what is printed."""
 
-from __future__ import annotations
-
 import ast
 import gzip
 import importlib
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +16,7 @@ import pytest
 from pipeline.__main__ import CONF, PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
+from tests.commands import python
 from unmodelled.__main__ import PROGRAM as LIBRARY
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.effects.law_files import read_laws
@@ -152,9 +148,7 @@ def newcomer(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_python_examples_print_what_they_show(page: str, newcomer: Path) -> None:
     """The training, which takes a minute, is left out: the notebooks run one."""
     code = next(text for text in blocks(ROOT / page, "python") if text.startswith("import unmodelled"))
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", code]
-    result = subprocess.run(command, cwd=newcomer, capture_output=True, text=True, env=environment)
+    result = python("-c", code, cwd=newcomer)
     assert result.returncode == 0, result.stderr
     said, shown = result.stdout.splitlines(), (ROOT / page).read_text()
     assert said and all(line in shown for line in said[:3])

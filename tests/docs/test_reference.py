@@ -1,7 +1,5 @@
 """The committed reference is what the code says."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from docs.reference import generate

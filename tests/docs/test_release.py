@@ -1,7 +1,5 @@
 """One version: package, citation and changelog agree."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from datetime import date

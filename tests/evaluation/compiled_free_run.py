@@ -1,7 +1,5 @@
 """Free runs on the compiled engine, to compare those of the expression machine with."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 

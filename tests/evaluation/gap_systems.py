@@ -1,7 +1,5 @@
 """Systems whose motion is known without the code under test, and measured experiments of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -24,18 +22,13 @@ PENDULUM = SYSTEMS / "pendulum.yaml"
 SLED = """
 schema: system/1
 name: sled
-states:
-  v: {unit: m/s}
-inputs:
-  F: {unit: N}
+states: {v: {unit: m/s}}
+inputs: {F: {unit: N}}
 outputs:
   v: {unit: m/s}
-parameters:
-  m: {value: 2.0, unit: kg}
-ports:
-  rail: {effort: F_r, unit: N, velocity: v}
-dynamics:
-  v: (F - F_r)/m
+parameters: {m: {value: 2.0, unit: kg}}
+ports: {rail: {effort: F_r, unit: N, velocity: v}}
+dynamics: {v: (F - F_r)/m}
 """
 
 

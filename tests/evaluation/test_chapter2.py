@@ -1,7 +1,5 @@
 """Numbers and verdicts of the tutorial on small made-up tables."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np
@@ -18,20 +16,12 @@ def curves(inside: float, outside: float) -> pd.DataFrame:
     within = (CURRENT >= 4.0) & (CURRENT <= 15.0)
     off = {"physics": 0.01 + 0.0 * CURRENT, "network": np.where(within, inside, outside)}
     parts = [("physics", 0), *(("network", seed) for seed in range(5))]
-    return pd.concat(
-        [
-            pd.DataFrame(
-                {
-                    "model": m,
-                    "seed": s,
-                    "current": CURRENT,
-                    "efficiency": 0.7 + off[m] * (1.0 + 0.01 * (s - 2) * (m == "network")),
-                    "truth": 0.7,
-                }
-            )
-            for m, s in parts
-        ]
-    )
+    curves = []
+    for model, seed in parts:
+        efficiency = 0.7 + off[model] * (1.0 + 0.01 * (seed - 2) * (model == "network"))
+        head = {"model": model, "seed": seed, "current": CURRENT, "truth": 0.7}
+        curves.append(pd.DataFrame({**head, "efficiency": efficiency}))
+    return pd.concat(curves)
 
 
 def swings(black_box: dict[str, float]) -> pd.DataFrame:
@@ -88,15 +78,8 @@ def test_runs_are_compared_in_pairs() -> None:
 
 
 def test_numbers_have_units_and_say_how_many() -> None:
-    sizes = pd.DataFrame(
-        {
-            "hidden": [1, 1, 8, 8],
-            "penalty": 0.0,
-            "seed": [0, 1] * 2,
-            "training": 0.02,
-            "new": [0.03, 0.05] * 2,
-        }
-    )
+    sizes = pd.DataFrame({"hidden": [1, 1, 8, 8], "seed": [0, 1] * 2, "new": [0.03, 0.05] * 2})
+    sizes = sizes.assign(penalty=0.0, training=0.02)
     static = curve_errors(curves(0.002, 0.2), 4.0, 15.0)
     about = {"resistance": 5.0, "friction": 0.006}
     found = numbers(about, static, sizes, swings({"explored": 0.05, "unseen": 0.4}))

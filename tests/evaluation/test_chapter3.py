@@ -1,7 +1,5 @@
 """Claims of chapter 3: tested over data sets, of which four are too few."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -26,17 +24,9 @@ def verdicts(
     }
     exact = {GAUSSIAN: 100.0 * noise, MAXIMUM_ENTROPY: 105.0 * noise}
     over = {GAUSSIAN: gaussian * noise, MAXIMUM_ENTROPY: entropy * noise}
-    identified = pd.concat(
-        pd.DataFrame(
-            {
-                "data_set": range(data_sets),
-                "method": m,
-                "exact": exact[m],
-                "log_likelihood": exact[m] + over[m],
-            }
-        )
-        for m in CHAOS
-    )
+    sets = range(data_sets)
+    columns = {m: {"method": m, "exact": exact[m], "log_likelihood": exact[m] + over[m]} for m in CHAOS}
+    identified = pd.concat(pd.DataFrame({"data_set": sets, **columns[m]}) for m in CHAOS)
     return {row["id"]: row["verdict"] for row in claims(found, identified, 1000)}
 
 

@@ -1,7 +1,5 @@
 """Claims of chapter 4 on made-up errors of trajectories and courses of parameters."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

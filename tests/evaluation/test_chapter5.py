@@ -1,7 +1,5 @@
 """Numbers of chapter 5 are those of the tables; claims hold where they are planted and fail where not."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 
@@ -41,17 +39,8 @@ def repeats_of(error: Error, mistaken: float = 0.0, repeats: int = 10) -> pd.Dat
         mse = error(model, fold) * np.exp(0.05 * generator.standard_normal(rows))
         rate = 0.25 if model.startswith("tau1") else mistaken
         wrong = generator.random(rows) < rate
-        parts.append(
-            pd.DataFrame(
-                {
-                    **{"model": model, "split": split, "fold": fold},
-                    "repeat": np.repeat(np.arange(repeats), rows // repeats),
-                    "label": label,
-                    "mse": mse,
-                    "jumps": (label == "jump") != wrong,
-                }
-            )
-        )
+        run = {"model": model, "split": split, "fold": fold, "repeat": np.arange(rows) // (rows // repeats)}
+        parts.append(pd.DataFrame({**run, "label": label, "mse": mse, "jumps": (label == "jump") != wrong}))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -190,14 +179,8 @@ def test_a_missing_model_is_named() -> None:
 
 
 def test_shares_and_accuracy_of_attributions() -> None:
-    overall = pd.DataFrame(
-        {
-            "model": "tau1",
-            "repeat": [0, 0, 1, 1],
-            "feature": ["omega", "m"] * 2,
-            "share": [0.6, 0.4, 0.8, 0.2],
-        }
-    )
+    rows = {"repeat": [0, 0, 1, 1], "feature": ["omega", "m"] * 2, "share": [0.6, 0.4, 0.8, 0.2]}
+    overall = pd.DataFrame({"model": "tau1", **rows})
     accuracy = pd.DataFrame({"model": "tau1", "steps": [10, 20], "error": [1e-12, 3e-12]})
     agreement = pd.DataFrame({"model": "tau1", "shares": [0.9, 1.0], "trajectories": [0.8, 0.7]})
     found = chapter5.attribution({"overall": overall, "accuracy": accuracy, "agreement": agreement})

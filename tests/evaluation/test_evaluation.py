@@ -1,7 +1,5 @@
 """Splits, labels, metrics and the boundary."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """The gap of systems whose sensors are late: the past is compared, and no delay hides anything."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The steps of a gap are small enough; what diverges or has no value is a large error."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -19,16 +17,12 @@ from unmodelled.systems.reader import read_system
 DECAY = """
 schema: system/1
 name: decay
-states:
-  x: {unit: m}
-inputs:
-  u: {unit: m}
+states: {x: {unit: m}}
+inputs: {u: {unit: m}}
 outputs:
   x: {unit: m}
-parameters:
-  k: {value: 1.0, unit: 1/s}
-dynamics:
-  x: k*(u - x)
+parameters: {k: {value: 1.0, unit: 1/s}}
+dynamics: {x: k*(u - x)}
 """
 
 

@@ -1,7 +1,5 @@
 """Runs are judged by their own training runs alone; splits of chapter 5 leak nothing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

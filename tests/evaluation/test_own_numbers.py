@@ -1,7 +1,5 @@
 """Numbers that every experiment has for itself, in experiments that the system file does not list."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What decides an order, a trend, equivalence: samples, and how many of them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """The rules of the withheld check on made-up diagnoses, and the numbers that are made of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Made-up truths and diagnoses of the withheld check."""
 
-from __future__ import annotations
-
 from typing import Any
 
 Content = dict[str, Any]

@@ -1,7 +1,5 @@
 """Logs from data frames: equal to those from a folder, and refused in the same words."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from pathlib import Path
 
@@ -16,7 +14,7 @@ SYSTEM = motor()
 
 
 def frames() -> dict[str, pd.DataFrame]:
-    return {"a": pd.DataFrame(run()), "b": pd.DataFrame(run(rate=2.0))}
+    return changed()
 
 
 def table(**columns: list[object]) -> pd.DataFrame:
@@ -43,12 +41,16 @@ def test_the_index_of_a_frame_does_not_matter() -> None:
     np.testing.assert_array_equal(one.y, two.y)
 
 
+def changed(**columns: object) -> dict[str, pd.DataFrame]:
+    """Frames with other columns in the second one."""
+    return {"a": pd.DataFrame(run()), "b": pd.DataFrame(run(rate=2.0)).assign(**columns)}
+
+
 def spoilt(column: str, row: int, value: object) -> dict[str, pd.DataFrame]:
     """Frames with one other cell in the second one, rows counted from 1."""
-    good = frames()
-    values: list[object] = good["b"][column].tolist()
+    values: list[object] = frames()["b"][column].tolist()
     values[row - 1] = value
-    return {**good, "b": good["b"].assign(**{column: values})}
+    return changed(**{column: values})
 
 
 REFUSED = [
@@ -59,22 +61,14 @@ REFUSED = [
         r"frames\['b'\]: row 3: column angle: an empty cell is not a finite",
     ),
     (spoilt("angle", 3, None), table(), r"frames\['b'\]: row 3: column angle"),
-    (
-        {**frames(), "b": frames()["b"].assign(angle="x")},
-        table(),
-        r"frames\['b'\]: row 1: column angle: 'x' is not",
-    ),
+    (changed(angle="x"), table(), r"frames\['b'\]: row 1: column angle: 'x' is not"),
     (spoilt("angle", 3, "x"), table(), r"frames\['b'\]: "),
     (
         {**frames(), "b": frames()["b"].rename(columns={"angle": "Angle"})},
         table(),
         r"frames\['b'\]: row 1: column angle is missing; there is 'Angle': rename it",
     ),
-    (
-        {**frames(), "b": frames()["b"].assign(angle=1.0)},
-        table(),
-        r"frames\['b'\]: row 1: column angle: dead output",
-    ),
+    (changed(angle=1.0), table(), r"frames\['b'\]: row 1: column angle: dead output"),
     ({**frames(), "b": frames()["b"].head(20)}, table(), r"column t: must have 50 samples or more, got 20"),
     (frames(), None, "experiments: row 1: column m is missing"),
     (frames(), table().assign(m=["x", 1.0]), "experiments: row 2: column m: 'x' is not a finite number"),

@@ -1,7 +1,5 @@
 """System and logs in every form that a caller may give them in."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,10 +1,6 @@
 """A law of a user from its file to the page and to the next experiment."""
 
-from __future__ import annotations
-
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +9,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import unmodelled as um
+from tests.commands import python
 from tests.diagnosis.benches import pendulum
+from tests.machines.folders import write_runs
 
 J, B, MGL, BRAKE, PERIOD = 0.02, 0.015, 1.2, 0.08, 0.004
 LAWS = """schema: laws/1
@@ -45,14 +43,9 @@ def answer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("braked")
     pendulum(folder)
     (folder / "laws.yaml").write_text(LAWS)
-    (folder / "logs").mkdir()
-    for k in range(8):
-        logged(k).to_csv(folder / "logs" / f"run{k}.csv", index=False)
-    table = pd.DataFrame({"id": [f"run{k}" for k in range(8)], "file": [f"run{k}.csv" for k in range(8)]})
-    table.to_csv(folder / "logs" / "experiments.csv", index=False)
+    write_runs(folder / "logs", [logged(k) for k in range(8)])
     words = ["system=system.yaml", "logs=logs", "laws=laws.yaml", "out=answer", "-q"]
-    call = [sys.executable, "-m", "unmodelled", "diagnose", *words]
-    ran = subprocess.run(call, cwd=folder, capture_output=True, text=True)
+    ran = python("-m", "unmodelled", "diagnose", *words, cwd=folder)
     assert ran.returncode == 0, ran.stderr
     return folder / "answer"
 

@@ -1,20 +1,17 @@
 """`import unmodelled as um`: what it costs, what it offers, and what its examples are."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import json
-import subprocess
-import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import unmodelled as um
 from pipeline.rigs.pendulum import PendulumCampaign
-from tests.face.flywheel import write_logs
+from tests import commands
 from unmodelled.base.tables import read_table
 from unmodelled.report.figures.tables import TEXTS
 
@@ -36,7 +33,7 @@ sys.meta_path.insert(0, Refuse())
 
 def python(program: str) -> str:
     """Standard output of a program that a new interpreter runs."""
-    found = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    found = commands.python("-c", program)
     assert found.returncode == 0, found.stderr
     return found.stdout
 
@@ -105,7 +102,7 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it(library: s
     words = [verb, f"system={system.source}", f"logs={given}", f"out={tmp_path}/out"]
     program = REFUSING.replace(str(FOREIGN), str((library,)))
     program += f"sys.argv[1:] = {words}\nfrom unmodelled.__main__ import console\nconsole()"
-    found = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    found = commands.python("-c", program, cwd=tmp_path)
     lines = found.stderr.splitlines()
     assert found.returncode == 2, found.stderr
     assert lines[0].startswith("error: ")
@@ -138,9 +135,35 @@ def test_every_function_has_an_example(name: str) -> None:
     assert ">>> " in (getattr(um, name).__doc__ or "")
 
 
+#: Of the example flywheel.
+INERTIA, DAMPING, TORQUE = 0.5, 0.02, 2.0
+#: Mean and standard deviation of the brake's torque, in nominal values; rms noise of the sensor, rad/s.
+SCATTER, NOISE = (0.9, 0.1), 0.05
+RUNS, SAMPLES, PERIOD, START = 24, 120, 0.1, 40.0
+
+
+def write_flywheel(folder: Path) -> None:
+    """Write the logs of the example flywheel, by the closed form of its motion."""
+    folder.mkdir(parents=True)
+    rng = np.random.default_rng(0)
+    t = PERIOD * np.arange(SAMPLES)
+    ids = [f"run{k + 1}" for k in range(RUNS)]
+    for name in ids:
+        torque = TORQUE * rng.normal(*SCATTER)
+        final = torque / DAMPING
+        omega = (START + final) * np.exp(-DAMPING * t / INERTIA) - final
+        noisy = omega + rng.normal(0.0, NOISE, SAMPLES)
+        pd.DataFrame({"t": t, "omega": noisy}).to_csv(
+            folder / f"{name}.csv", index=False, float_format="%.4f"
+        )
+    pd.DataFrame({"id": ids, "file": [f"{name}.csv" for name in ids]}).to_csv(
+        folder / "experiments.csv", index=False
+    )
+
+
 def test_the_examples_are_what_their_benches_write(tmp_path: Path) -> None:
     PendulumCampaign(runs=4, duration=2.0, period=0.005).write(tmp_path / "pendulum", 0)
-    write_logs(tmp_path / "flywheel")
+    write_flywheel(tmp_path / "flywheel")
     for name in ("pendulum", "flywheel"):
         shipped = ROOT / "unmodelled" / "api" / "examples" / name / "logs"
         for path in shipped.glob("*.csv"):

@@ -1,7 +1,5 @@
 """What simulate, diagnose, identifiability and identify_uncertainty return: texts, tables, pages, files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
@@ -15,6 +13,7 @@ from matplotlib.figure import Figure
 from omegaconf import OmegaConf
 
 import unmodelled as um
+from tests.conftest import files_of
 from tests.diagnosis.diagnoses import HELD_OUT, HORIZON, JOINT, Said, diagnosis
 from tests.diagnosis.test_augmented import CASES
 from unmodelled.base.files import read_json
@@ -27,6 +26,8 @@ from unmodelled.learning.uncertainty.problem import callable_response
 from unmodelled.report.figures.files import figures_of
 
 CONF = Path(um.__file__).parent / "conf"
+#: What is saved of an answer without its pages.
+FILES = {"diagnosis.json", "augmented_system.yaml", "tables"}
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 
 
@@ -56,7 +57,9 @@ def uncertainty() -> um.IdentifiedUncertainty:
     return um.identify_response(model, observed, data_sets=2)
 
 
-RESULTS = ("simulation", "answer", "study", "uncertainty")
+#: Fixtures, and the verbs that make such results.
+RESULTS = {"simulation": "simulate", "answer": "diagnose", "study": "identifiability"}
+RESULTS |= {"uncertainty": "identify_uncertainty"}
 
 
 @pytest.fixture(params=RESULTS)
@@ -86,14 +89,6 @@ def test_a_result_has_a_table(result: Any) -> None:
     assert isinstance(table, pd.DataFrame) and len(table) > 0
 
 
-NAMES = {
-    "simulation": "simulate",
-    "answer": "diagnose",
-    "study": "identifiability",
-    "uncertainty": "identify_uncertainty",
-}
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_saved_result_is_that_of_its_verb(
@@ -102,7 +97,7 @@ def test_a_saved_result_is_that_of_its_verb(
     result = request.getfixturevalue(name)
     result.save(tmp_path / "out")
     result.save(tmp_path / "out")
-    assert read_json(tmp_path / "out" / MARKER)["made_by"] == NAMES[name]
+    assert read_json(tmp_path / "out" / MARKER)["made_by"] == RESULTS[name]
 
 
 @pytest.mark.parametrize("name", RESULTS)
@@ -243,17 +238,13 @@ def test_an_interruption_while_figures_are_drawn_leaves_the_older_answer_whole(
     out = tmp_path / "out"
     answer.save(out, pages=False)
     (out / "diagnosis.json").write_text("{}")  # an older one
-    older = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    older = files_of(out)
     monkeypatch.setattr("unmodelled.api.answer.write_figures", interrupted)
     for place in (out, tmp_path / "new"):
         with pytest.raises(KeyboardInterrupt):
             answer.save(place)
-    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == older
-    assert {path.name for path in (tmp_path / "new").glob("[!.]*")} == {
-        "diagnosis.json",
-        "augmented_system.yaml",
-        "tables",
-    }
+    assert files_of(out) == older
+    assert {path.name for path in (tmp_path / "new").glob("[!.]*")} == FILES
     assert {path.name for path in tmp_path.iterdir()} == {"out", "new"}
 
 
@@ -263,12 +254,7 @@ def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tm
     _, logs = answer.inputs()
     saved, own = um.simulate(read, logs), um.simulate(answer.system, logs)
     assert saved.value == pytest.approx(own.value, rel=1e-9)
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {
-        MARKER,
-        "augmented_system.yaml",
-        "diagnosis.json",
-        "tables",
-    }
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {MARKER, *FILES}
     assert not (tmp_path / "out" / "tables" / "live.json").exists()  # data of a page that is not made
 
 

@@ -1,27 +1,49 @@
-"""What every figure must do, whatever its chapter."""
-
-from __future__ import annotations
+"""What every figure must do, whatever its chapter, and what the tests of a chapter's figures draw."""
 
 import io
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import yaml
 from hydra.utils import get_method
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from unmodelled.report.figures.style import save
 
 Draw = Callable[[Path], Figure]
 CONF = Path(__file__).parents[2] / "conf"
+#: How many axes with numbers or names have no label, where a title or the names say what they show.
+UNLABELLED = {
+    **{"network_beyond_the_data": 1, "current_signals": 2, "density_estimates": 2, "mean_distances": 2},
+    **{"network_inputs": 10, "sensitivities": 1, "correlations": 3, "simulation_drift": 6},
+}
 
 
-def figures_of(*parts: str) -> list[Draw]:
-    """The functions that conf/draw.yaml names in these files and folders of pipeline/figures."""
-    config = yaml.safe_load((CONF / "draw.yaml").read_text())
-    targets = [entry["_target_"] for entry in config["figures"].values()]
-    return [get_method(target) for target in targets if target.split(".")[2] in parts]
+@dataclass(frozen=True)
+class Chapter:
+    """Figures of a chapter and small made-up data, from which they are drawn.
+
+    Attributes:
+        parts: files and folders of pipeline/figures.
+        make: makes the content of the data. write: writes content where figures look for it, in a folder.
+        lacking: what content becomes if something is missing.
+    """
+
+    parts: tuple[str, ...]
+    make: Callable[[], Any]
+    write: Callable[[Path, Any], Path]
+    lacking: tuple[Callable[[Any], Any], ...] = ()
+
+    @property
+    def figures(self) -> list[Draw]:
+        """The functions that conf/draw.yaml names in the files and folders."""
+        config = yaml.safe_load((CONF / "draw.yaml").read_text())
+        targets = [entry["_target_"] for entry in config["figures"].values()]
+        return [get_method(target) for target in targets if target.split(".")[2] in self.parts]
 
 
 def write_tables(folder: Path, chapter: str, tables: Mapping[str, pd.DataFrame]) -> Path:
@@ -33,15 +55,32 @@ def write_tables(folder: Path, chapter: str, tables: Mapping[str, pd.DataFrame])
     return folder
 
 
-def name_of(draw: Draw) -> str:
-    return draw.__name__
+def texts(figure: Figure) -> str:
+    return " ".join(text.get_text() for text in figure.findobj(Text))  # type: ignore[attr-defined]
+
+
+def check_axes(draw: Draw, folder: Path) -> None:
+    """Labels have units, and an axis with numbers or names has a label, its own or one that panels share."""
+    figure = draw(folder)
+    figure.draw_without_rendering()
+    unlabelled = 0
+    for axes in figure.axes:
+        for axis, shared in ((axes.xaxis, figure.get_supxlabel()), (axes.yaxis, figure.get_supylabel())):
+            shows = axes.axison and any(t.get_visible() and t.get_text() for t in axis.get_ticklabels())
+            if text := axis.get_label_text() or (shared if shows else ""):
+                is_title = axis is axes.yaxis and draw.__name__ == "network_inputs"
+                assert is_title or text.partition(";")[0].endswith(")"), f"{text!r} has no unit"
+                assert is_title or "(" in text, f"{text!r} has no unit"
+            else:
+                unlabelled += shows
+    assert unlabelled == UNLABELLED.get(draw.__name__, 0)
 
 
 def check_caption(draw: Draw) -> None:
     """A sentence, and a note that explains."""
     caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
-    assert caption.endswith(".")
-    assert len(note) > 80
+    assert caption.endswith(".") and ". " not in caption
+    assert len(note) > 80 and len(note.split()) > 10
 
 
 def check_file(draw: Draw, folder: Path, out: Path) -> None:

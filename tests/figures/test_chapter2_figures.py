@@ -1,7 +1,5 @@
 """Figures of the tutorial on small made-up tables."""
 
-from __future__ import annotations
-
 import json
 from itertools import product
 from pathlib import Path
@@ -12,20 +10,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.figures.tutorial import forecast, motor
-from tests.figures.checks import (
-    Draw,
-    check_caption,
-    check_file,
-    check_rendered,
-    figures_of,
-    name_of,
-    write_tables,
-)
+from tests.figures.checks import Chapter, check_rendered, write_tables
 
 pytestmark = pytest.mark.long
 
-FIGURES = figures_of("tutorial")
-FORECASTS = {"physics": FIGURES[3], "black_box": FIGURES[4], "hybrid": FIGURES[5]}
+FORECASTS = {
+    "physics": forecast.physics_forecast,
+    "black_box": forecast.black_box_forecast,
+    "hybrid": forecast.hybrid_forecast,
+}
 ABOUT = {"lowest": 4.0, "highest": 15.0, "noise": 0.01, "voltage": 200.0, "penalty": 1.0}
 ABOUT |= {"resistance": 5.0, "friction": 0.006}
 #: A model's error at most, and its errors on five runs; the third run is in the middle by the physics.
@@ -79,26 +72,11 @@ def write(folder: Path, tables: dict[str, pd.DataFrame]) -> Path:
     return data
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("data"), static_tables() | dynamic_tables())
+CHAPTER = Chapter(("tutorial",), lambda: static_tables() | dynamic_tables(), write)
 
 
 def titles(figure: Figure) -> list[str]:
     return [axes.get_title() for axes in figure.axes]
-
-
-@pytest.mark.parametrize("draw", FIGURES, ids=name_of)
-def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path) -> None:
-    figure = draw(folder)
-    found = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
-    assert sum(map(bool, found)) >= 3 and all(text.endswith(")") for text in found if text), found
-    check_caption(draw)
-
-
-@pytest.mark.parametrize("draw", FIGURES, ids=name_of)
-def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
-    check_file(draw, folder, tmp_path)
 
 
 def test_the_shares_of_the_power_add_up_to_one() -> None:

@@ -1,24 +1,14 @@
 """The figures of the cam-follower campaign draw on any campaign, are labelled, and are reproducible."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pytest
-from matplotlib.axis import Axis
-from matplotlib.figure import Figure
 
 from pipeline.cam_follower.cam import TURN, cycloid
 from pipeline.figures import examples, panels
-from tests.figures.checks import figures_of
-from unmodelled.base.campaign import Campaign
-from unmodelled.report.figures import style
-
-pytestmark = pytest.mark.long
-
-FIGURES = figures_of("cams", "trajectories", "campaign", "detachment")
-names = pytest.mark.parametrize("draw", FIGURES, ids=lambda f: f.__name__)
+from tests.conftest import campaign_of
+from tests.figures.checks import Chapter
 
 
 def run(label: str, H: float, beta: float, V: float) -> dict[str, np.ndarray]:
@@ -43,76 +33,21 @@ def stores(folder: Path, labels: list[str]) -> Path:
                 log = run(label, H, beta, V)
                 share = {"contact": 1e-3, "jump": 0.3, "stall": np.nan}[label]
                 lowest = log["F_dagger"].min()
-                ends = log["theta"][-1] / TURN, share, log["t"][-1]
-                rows.append(
-                    (
-                        len(rows) + 1,
-                        H,
-                        beta,
-                        m,
-                        V,
-                        label,
-                        *ends,
-                        lowest,
-                        np.nan if label == "stall" else lowest,
-                    )
-                )
+                row = {"H": H, "beta": beta, "m": m, "V": V, "label": label, "eps_share": share}
+                row |= {"turns": log["theta"][-1] / TURN, "duration": log["t"][-1], "f_min": lowest}
+                rows.append(row | {"f_bar_min": np.nan if label == "stall" else lowest})
                 logs.append(log)
-    columns = ["exp", "H", "beta", "m", "V", "label", "turns", "eps_share", "duration", "f_min", "f_bar_min"]
-    table = pd.DataFrame(rows, columns=columns)
-    signals = {name: np.concatenate([log[name] for log in logs]) for name in logs[0]}
-    offsets = np.cumsum([0, *(len(log["t"]) for log in logs)]).astype(np.int64)
     for name in ("trajectories", "features"):
-        Campaign(table, signals, offsets, {"data": "virtual"}).write(folder / name / "cam_follower")
+        campaign_of(rows, logs).write(folder / name / "cam_follower")
     return folder
 
 
-@pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return stores(tmp_path_factory.mktemp("full"), ["stall", "contact", "contact", "jump", "jump"])
-
-
-def shows_numbers(axis: Axis) -> bool:
-    return any(tick.get_visible() and tick.get_text() for tick in axis.get_ticklabels())
-
-
-@names
-def test_every_axis_with_numbers_has_a_name_and_a_unit(draw: Callable[[Path], Figure], data: Path) -> None:
-    figure = draw(data)
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        for axis, shared in ((axes.xaxis, figure.get_supxlabel()), (axes.yaxis, figure.get_supylabel())):
-            if axes.axison and shows_numbers(axis):
-                text = axis.get_label_text() or shared
-                assert "(" in text and text.endswith(")"), f"{draw.__name__}: {text!r} has no unit"
-
-
-@names
-def test_equal_data_give_equal_small_files(
-    draw: Callable[[Path], Figure], data: Path, tmp_path: Path
-) -> None:
-    for name in ("a.svg", "b.svg"):
-        style.save(draw(data), tmp_path / name)
-    content = (tmp_path / "a.svg").read_bytes()
-    assert content == (tmp_path / "b.svg").read_bytes()
-    assert len(content) < 1_000_000
-
-
-@pytest.mark.parametrize(
-    "labels", [["contact"], ["jump", "jump"], ["stall"], ["stall", "jump"]], ids="-".join
+CHAPTER = Chapter(
+    ("cams", "trajectories", "campaign", "detachment"),
+    lambda: ["stall", "contact", "contact", "jump", "jump"],
+    stores,
+    (lambda _: ["contact"], lambda _: ["jump", "jump"], lambda _: ["stall"], lambda _: ["stall", "jump"]),
 )
-def test_figures_draw_without_some_labels(labels: list[str], tmp_path: Path) -> None:
-    folder = stores(tmp_path, labels)
-    for draw in FIGURES:
-        figure = draw(folder)
-        figure.draw_without_rendering()
-        assert figure.axes, draw.__name__
-
-
-@names
-def test_caption_is_one_sentence_and_tells_what_to_see(draw: Callable[[Path], Figure]) -> None:
-    caption, empty, *see = (draw.__doc__ or "").splitlines()
-    assert caption.endswith(".") and empty == "" and len(" ".join(see).split()) > 10
 
 
 def test_examples_follow_from_the_table() -> None:

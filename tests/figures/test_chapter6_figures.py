@@ -1,35 +1,29 @@
 """Figures of chapter 6 on small made-up tables."""
 
-from __future__ import annotations
-
-import io
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pipeline.chapters import boundary
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
-from tests.figures.checks import Draw, check_caption, figures_of
+from tests.figures.checks import Chapter, write_tables
 from unmodelled.base.campaign import Campaign
-from unmodelled.report.figures.style import save
 
 pytestmark = pytest.mark.long
 
-FIGURES = figures_of("simulation", "exploration")
 #: Quality of the made-up models: error of the contact force per subset away from the training runs, N.
 MODELS = {"lls": 1.2, "f_bb": 0.8, "f_h1": 0.4, "f_h2": 0.3, "motor": 0.05, "best": 0.03}
 ONLY_ONCE = ("lls", "motor")
+SMALL = {"repeats": 1, "strokes": 2, "voltages": 8}
 
 
 def make_tables(
     data: Path, models: dict[str, float], repeats: int, strokes: int = 3, voltages: int = 10
-) -> None:
+) -> Path:
     """A campaign with a known boundary, and predictions of it that get worse away from the training runs."""
     rng = np.random.default_rng(0)
     factors = (np.linspace(0.01, 0.07, strokes), np.pi * np.array([0.5, 1.0, 1.5]), (0.7, 1.3))
@@ -45,8 +39,6 @@ def make_tables(
     experiments["subset"] = 0
     for number, rows in enumerate(np.array_split(contact, 10), start=1):
         experiments.loc[rows, "subset"] = number
-    folder = data / "tables" / "cam_follower"
-    folder.mkdir(parents=True)
     force = _force(experiments, models, repeats, rng)
     truth = boundary.measured(experiments, 0.013).assign(model="measured", fold="", repeat=0)
     lines = [truth]
@@ -59,15 +51,15 @@ def make_tables(
         for model, hidden, repeat in product(models, (8, 32, 128), range(repeats))
         if model.startswith("f_")
     ]
-    for name, table in {
+    tables = {
         "experiments": experiments,
         "force": force,
         "boundary": pd.concat(lines, ignore_index=True),
         "errors": errors,
         "examples": examples,
         "tuning": pd.DataFrame(tuning, columns=["model", "hidden", "repeat", "omega_mse"]),
-    }.items():
-        table.to_parquet(folder / f"{name}.parquet", index=False)
+    }
+    return write_tables(data, "cam_follower", tables)
 
 
 def _force(
@@ -110,90 +102,52 @@ def _simulations(
     return pd.DataFrame(errors), pd.concat(examples, ignore_index=True)
 
 
-@pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("data")
-    make_tables(folder, MODELS, repeats=4)
-    return folder
+CHAPTER = Chapter(
+    ("simulation", "exploration"),
+    lambda: {"models": MODELS, "repeats": 4},
+    lambda folder, content: make_tables(folder, **content),
+    (
+        lambda _: {**SMALL, "models": {"f_h2": 0.3}},
+        lambda _: {**SMALL, "models": {"motor": 0.1, "f_bb": 0.8, "another": 0.5}},
+    ),
+)
 
 
-def _name(draw: Draw) -> str:
-    return draw.__name__
+def read(folder: Path, name: str) -> pd.DataFrame:
+    return pd.read_parquet(folder / "tables" / "cam_follower" / f"{name}.parquet")
 
 
-def _labelled(figure: Figure, axis: str) -> bool:
-    """Whether every visible panel has a label with a unit, its own or one that it shares."""
-    common = getattr(figure, f"get_sup{axis}label")()
-    panels = [axes for axes in figure.axes if axes.axison and len(getattr(axes, f"get_{axis}ticks")())]
-
-    def own(axes: Axes) -> str:
-        return str(getattr(axes, f"get_{axis}label")())
-
-    labels = [common] if common else [own(axes) for axes in panels]
-    return bool(labels) and any("(" in text for text in labels) and all("(" in t for t in labels if t)
-
-
-@pytest.mark.parametrize("draw", FIGURES, ids=_name)
-def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, data: Path) -> None:
-    figure = draw(data)
-    assert _labelled(figure, "x")
-    assert _labelled(figure, "y")
-    check_caption(draw)
-
-
-@pytest.mark.parametrize("draw", FIGURES, ids=_name)
-def test_the_file_is_small_and_always_the_same(draw: Draw, data: Path, tmp_path: Path) -> None:
-    paths = [tmp_path / "one.svg", tmp_path / "two.svg"]
-    for path in paths:
-        save(draw(data), path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].stat().st_size < 1_000_000
-
-
-@pytest.mark.parametrize("models", [{"f_h2": 0.3}, {"motor": 0.1, "f_bb": 0.8, "another": 0.5}], ids=str)
-def test_any_models_and_a_single_repeat_will_do(models: dict[str, float], tmp_path: Path) -> None:
-    make_tables(tmp_path, models, repeats=1, strokes=2, voltages=8)
-    for draw in FIGURES:
-        figure = draw(tmp_path)
-        save(figure, content := io.BytesIO())
-        assert b"</svg>" in content.getvalue(), draw.__name__
-
-
-def test_without_interpolation_the_figure_says_so(data: Path, tmp_path: Path) -> None:
-    folder = tmp_path / "tables" / "cam_follower"
-    folder.mkdir(parents=True)
-    for name in ("errors", "examples"):
-        table = pd.read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
-        table[table["split"] == "extrapolation"].to_parquet(folder / f"{name}.parquet")
+def test_without_interpolation_the_figure_says_so(folder: Path, tmp_path: Path) -> None:
+    both = {name: read(folder, name) for name in ("errors", "examples")}
+    write_tables(tmp_path, "cam_follower", {n: t[t["split"] == "extrapolation"] for n, t in both.items()})
     for draw in (simulation.simulation_drift, simulation.interpolation_errors):
         assert any("no run" in text.get_text() for text in draw(tmp_path).axes[0].texts)
 
 
-def test_title_shows_the_mean_error_of_the_clipped_forces(data: Path) -> None:
-    folder = data / "tables" / "cam_follower"
-    experiments, force = (pd.read_parquet(folder / f"{name}.parquet") for name in ("experiments", "force"))
+def test_title_shows_the_mean_error_of_the_clipped_forces(folder: Path) -> None:
+    experiments, force = read(folder, "experiments"), read(folder, "force")
     first = force[(force["fold"] == "10%") & (force["model"] == "f_h2")]
     joined = experiments[experiments["subset"] >= 2].merge(first, on="exp", suffixes=("", "_hat"))
     error = (joined["f_min"].clip(lower=0) - joined["f_min_hat"].clip(lower=0)).abs()
     expected = np.median([group.mean() for _, group in error.groupby(joined["repeat"])])
-    titles = [axes.get_title() for axes in exploration.predicted_contact_force(data).axes]
+    titles = [axes.get_title() for axes in exploration.predicted_contact_force(folder).axes]
     assert f"{look('f_h2').label}\nMAE {expected:.2f} N" in titles
 
 
-def test_drift_is_cut_to_the_measured_run(data: Path) -> None:
-    figure = simulation.simulation_drift(data)
+def test_drift_is_cut_to_the_measured_run(folder: Path) -> None:
+    figure = simulation.simulation_drift(folder)
     for left, right in zip(figure.axes[0::3], figure.axes[1::3], strict=True):
         for axes in (left, right):
             ends = [np.max(np.asarray(line.get_xdata(), float)) for line in axes.lines]
             assert max(ends) == ends[0]
 
 
-def test_the_known_boundary_is_drawn(data: Path) -> None:
-    table = pd.read_parquet(data / "tables" / "cam_follower" / "boundary.parquet")
+def test_the_known_boundary_is_drawn(folder: Path) -> None:
+    table = read(folder, "boundary")
     truth = table.loc[table["model"] == "measured", "Q"].to_numpy()
     drawn = [
         np.asarray(line.get_ydata(), float)
-        for axes in exploration.boundary_grid(data).axes
+        for axes in exploration.boundary_grid(folder).axes
         for line in axes.lines
         if line.get_color() == look("measured").colour
     ]

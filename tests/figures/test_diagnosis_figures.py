@@ -1,8 +1,7 @@
 """Figures of a diagnosis on the tables of a pendulum, and on tables that lack something."""
 
-from __future__ import annotations
-
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests.diagnosis.found import BENCH, friction
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.where.where import where
@@ -44,9 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Verdict], Path
 
 def changed(source: Path, folder: Path, name: str, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Path:
     """The tables with one of them changed."""
-    (folder / "tables").mkdir(parents=True)
-    for path in (source / "tables").iterdir():
-        (folder / "tables" / path.name).write_bytes(path.read_bytes())
+    shutil.copytree(source / "tables", folder / "tables")
     path = folder / "tables" / f"{name}.parquet"
     change(pd.read_parquet(path)).to_parquet(path, index=False)
     return folder
@@ -65,7 +62,7 @@ def with_correlations(source: Path, folder: Path) -> Path:
     return data
 
 
-@pytest.mark.parametrize("draw", FIGURES.values(), ids=name_of)
+@pytest.mark.parametrize("draw", FIGURES.values(), ids=lambda draw: draw.__name__)
 def test_every_figure(draw: Draw, folder: Callable[[Verdict], Path], tmp_path: Path) -> None:
     check_caption(draw)
     check_file(draw, with_correlations(folder("effect"), tmp_path / "effect"), tmp_path)

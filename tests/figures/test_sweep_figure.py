@@ -1,7 +1,5 @@
 """The figure of a sweep: what is on its axes and which runs a line joins."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

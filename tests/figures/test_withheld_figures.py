@@ -1,7 +1,6 @@
 """Figures of the withheld check on small made-up tables."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,17 +10,7 @@ import pytest
 from pipeline.figures import withheld
 from pipeline.withheld import scores
 from tests.evaluation.test_withheld import table
-from tests.figures.checks import (
-    Draw,
-    check_caption,
-    check_file,
-    check_rendered,
-    figures_of,
-    name_of,
-    write_tables,
-)
-
-FIGURES = figures_of("withheld")
+from tests.figures.checks import Chapter, write_tables
 
 
 def write(folder: Path, cases: pd.DataFrame) -> Path:
@@ -29,31 +18,11 @@ def write(folder: Path, cases: pd.DataFrame) -> Path:
     return write_tables(folder, "withheld", tables | {"confusion": scores.confusion(cases)})
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("data"), table())
+def only(kind: str) -> Callable[[pd.DataFrame], pd.DataFrame]:
+    return lambda cases: cases[cases["kind"] == kind]
 
 
-@pytest.mark.parametrize("draw", FIGURES, ids=name_of)
-def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path) -> None:
-    figure = draw(folder)
-    for axes in figure.axes:
-        assert axes.get_xlabel().endswith(")")
-    assert figure.axes[0].get_ylabel().endswith(")")
-    check_caption(draw)
-
-
-@pytest.mark.parametrize("draw", FIGURES, ids=name_of)
-def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
-    check_file(draw, folder, tmp_path)
-
-
-@pytest.mark.parametrize("kind", ["null", "outside", "pair"])
-def test_figures_draw_when_there_is_one_kind_only(kind: str, tmp_path: Path) -> None:
-    cases = table()
-    data = write(tmp_path, cases[cases["kind"] == kind])
-    for draw in FIGURES:
-        check_rendered(draw, data)
+CHAPTER = Chapter(("withheld",), table, write, (only("null"), only("outside"), only("pair")))
 
 
 def test_counts_are_written_into_the_matrix(folder: Path) -> None:

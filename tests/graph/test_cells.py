@@ -1,7 +1,5 @@
 """One command for many cells of a verb."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -14,23 +12,13 @@ import psutil
 import pytest
 
 from pipeline.cells import cells
+from tests.commands import python
 from unmodelled.base.workers import INTERRUPTION
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_lists_are_expanded_and_named_in_other_values() -> None:
-    words = [
-        "train",
-        "model=@models",
-        "split=@splits",
-        "out=fits/{model}/{split}/x",
-        "+",
-        "draw",
-        "only=[a]",
-        "out=data/b/c/d",
-    ]
-    found = cells(words, {"models": ["a", "b"], "splits": [1, 2]})
+    words = "train model=@models split=@splits out=fits/{model}/{split}/x + draw only=[a] out=data/b/c/d"
+    found = cells(words.split(), {"models": ["a", "b"], "splits": [1, 2]})
     assert list(found) == ["a-1", "a-2", "b-1", "b-2", "c-d"]
     assert found["b-1"] == ["train", "model=b", "split=1", "out=fits/b/1/x"]
     assert found["c-d"] == ["draw", "only=[a]", "out=data/b/c/d"]
@@ -46,21 +34,11 @@ def test_cells_of_one_name_are_refused() -> None:
         cells(["ingest", "out=data/a/x", "+", "ingest", "out=data/b/x"], {})
 
 
-def run(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline.cells", *arguments],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-    )
-
-
 @pytest.mark.long
 def test_all_cells_are_run_and_noted(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("sources: [pendulum, slider_crank]\n")
     words = ["acquire", "source=@sources", "out=raw/{source}"]
-    done = run(tmp_path, *words, DVC_STAGE="acquire", DVC_ROOT=str(tmp_path))
+    done = python("-m", "pipeline.cells", *words, cwd=tmp_path, DVC_STAGE="acquire", DVC_ROOT=str(tmp_path))
     assert done.returncode == 0, done.stderr
     assert {p.parent.name for p in tmp_path.glob("raw/*/provenance.json")} == {"pendulum", "slider_crank"}
     notes = [json.loads(p.read_text()) for p in sorted((tmp_path / "data/executions").iterdir())]
@@ -71,14 +49,15 @@ def test_all_cells_are_run_and_noted(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_cell_that_is_refused_says_why_and_the_others_are_done(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("{}\n")
-    done = run(tmp_path, *["acquire", "source=pendulum", "out=raw/a", "+", "ingest", "raw=nowhere", "out=b"])
+    words = ["acquire", "source=pendulum", "out=raw/a", "+", "ingest", "raw=nowhere", "out=b"]
+    done = python("-m", "pipeline.cells", *words, cwd=tmp_path)
     assert done.returncode == 2 and done.stderr.count("error: ") == 1 and "Traceback" not in done.stderr
     assert (tmp_path / "raw/a/provenance.json").exists() and not (tmp_path / "b").exists()
 
 
 def test_without_a_command_the_usage_is_said(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("{}\n")
-    done = run(tmp_path)
+    done = python("-m", "pipeline.cells", cwd=tmp_path)
     assert done.returncode == 2 and "python -m pipeline.cells <verb>" in done.stderr
 
 
@@ -88,7 +67,7 @@ def test_an_interruption_is_said_once_and_leaves_nothing(tmp_path: Path) -> None
     with subprocess.Popen(
         [sys.executable, "-m", "pipeline.cells", *words],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "EXP_PROGRESS": "quiet"},
+        env={**os.environ, "EXP_PROGRESS": "quiet"},
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,

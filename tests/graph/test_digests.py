@@ -1,7 +1,5 @@
 """A stage is run again when code or configuration that it runs has changed, and at no other change."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re
@@ -17,6 +15,7 @@ import yaml
 
 from pipeline import digests as stage
 from pipeline.__main__ import PROGRAM
+from tests.commands import python
 from tests.conftest import stages
 
 pytestmark = pytest.mark.long
@@ -24,17 +23,8 @@ pytestmark = pytest.mark.long
 Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
-DIAGNOSING = frozenset(
-    (
-        "diagnose",
-        "diagnose_systems",
-        "diagnose_withheld",
-        "next",
-        "plan",
-        "propose_withheld",
-        "refit_withheld",
-    )
-)
+DIAGNOSING = {"diagnose", "diagnose_systems", "diagnose_withheld", "next", "plan"}
+DIAGNOSING |= {"propose_withheld", "refit_withheld"}
 
 
 @pytest.fixture(scope="module")
@@ -181,15 +171,12 @@ def _pages() -> set[str]:
     pages = ["api.learned_laws", "report.training_page", "report.figures.learned"]
     pages = [f"unmodelled.{name}" for name in pages]
     code = f"import sys, {', '.join(pages)}; print(*sys.modules)"
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    return {name for name in found.split() if name.split(".")[0] == "unmodelled"}
+    return {name for name in python("-c", code).stdout.split() if name.split(".")[0] == "unmodelled"}
 
 
 def run(*words: str) -> tuple[int, set[str]]:
     """Exit code and modules of a command in a process of its own."""
-    command = [sys.executable, "-c", RUN, *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    code, loaded = json.loads(done.stdout.splitlines()[-1])
+    code, loaded = json.loads(python("-c", RUN, *words).stdout.splitlines()[-1])
     return code, set(loaded)
 
 
@@ -204,8 +191,7 @@ def frame() -> set[str]:
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("logs") / "pendulum"
-    command = [sys.executable, "-m", "pipeline", "acquire", "source=pendulum", f"out={folder}"]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    assert python("-m", "pipeline", "acquire", "source=pendulum", f"out={folder}").returncode == 0
     return folder
 
 

@@ -1,7 +1,5 @@
 """The whole stage graph on a tiny virtual campaign, through DVC as a user runs it."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

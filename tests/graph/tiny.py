@@ -1,7 +1,5 @@
 """A copy of the checkout whose whole graph takes minutes: a few short experiments, hardly any training."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping
 from pathlib import Path

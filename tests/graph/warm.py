@@ -6,8 +6,6 @@ pandas and SymPy. Modules of this program are loaded by every command itself, as
     python -m tests.graph.warm <folder>    serve, until the process is ended; <folder>/python is the command
 """
 
-from __future__ import annotations
-
 import gc
 import importlib
 import json

@@ -1,7 +1,5 @@
 """Archives in the formats in which the machines were published, small and with known content."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The cam drivetrain: runs become a log folder, and its system files are the physics of the bench."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path

@@ -1,7 +1,5 @@
 """EMPS: recordings become a log folder, its system files fit them, and a damaged recording is named."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 from typing import Any

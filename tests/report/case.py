@@ -1,7 +1,5 @@
 """A small set of everything that a report is made from, and the report of it."""
 
-from __future__ import annotations
-
 import json
 from html.parser import HTMLParser
 from pathlib import Path
@@ -16,6 +14,17 @@ SVG = (
 )
 LEAF = {"value": 0.25, "unit": "V", "interval": [0.23, 0.28], "n": 10}
 HEAD = {"data": "virtual", "profile": "quick", "revision": "abc1234", "seconds": 3.5}
+#: An effect of diagnosis.json.
+FRICTION = {
+    "family": "coulomb_friction",
+    "port": "rail",
+    "law": "F_c*sign(v)",
+    "parameters": {"F_c": {"value": 22.4, "unit": "N", "interval": [22.1, 22.8]}},
+    "confidence": 0.9,
+    "shrink": 0.98,
+    "interval": [0.97, 0.99],
+    "indistinguishable": [{"family": "stribeck_friction", "port": "rail"}],
+}
 NUMBERS = ("3.3", "4.4", "5.4", "5.11", "6.20", "6.23", "6.24")
 #: What may not widen a page: a word without a place to break.
 LONG = "a_very_long_name_without_any_place_where_a_line_could_break_" * 3
@@ -102,18 +111,8 @@ def write_inputs(folder: Path) -> Path:
     return folder
 
 
-def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") -> None:
-    """What `diagnose` leaves, without its page."""
-    effect = {
-        "family": "coulomb_friction",
-        "port": "rail",
-        "law": "F_c*sign(v)",
-        "parameters": {"F_c": {"value": 22.4, "unit": "N", "interval": [22.1, 22.8]}},
-        "confidence": 0.9,
-        "shrink": 0.98,
-        "interval": [0.97, 0.99],
-        "indistinguishable": [{"family": "stribeck_friction", "port": "rail"}],
-    }
+def diagnosis(system: str = "emps") -> dict[str, Any]:
+    """Content of diagnosis.json."""
     gap = {"known": 0.31, "reidentified": 0.18, "augmented": 0.012, "neural": 0.011, "floor": 6.27e-6}
     gap |= {"shrink": 0.98, "interval": [0.97, 0.99], "held_out": ["run2"]}
     errors = {"known": 0.014, "augmented": 2e-4, "known_whole_run": 0.21, "augmented_whole_run": None}
@@ -121,18 +120,18 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
     runs = [{"id": f"run{k}", "known": 0.3 + k, "augmented": 0.02} for k in range(8)]
     tried = [
         {
-            "effects": [{"family": LONG, "port": "rail"}] if k else [effect],
+            "effects": [{"family": LONG, "port": "rail"}] if k else [FRICTION],
             **{"score": 0.9 + 0.5 * k, "difference": 0.5 * k, "standard_error": 0.1 * k, "named": not k},
         }
         for k in range(8)
     ]
-    content = {
+    return {
         "schema": "diagnosis/2",
         "system": system,
         "seed": 0,
         "verdict": "effect",
         "confidence": 0.94,
-        "effects": [effect],
+        "effects": [FRICTION],
         "where": {
             "channels": [{"port": "rail", "share": 0.96}],
             "regions": [{"signal": "v", "low": -0.02, "high": 0.02, "share": 0.61}],
@@ -145,9 +144,13 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
         "remainder": None,
         "notes": ["v was estimated from q"],
     }
-    put(folder / "diagnosis.json", content)
+
+
+def write_diagnosis(folder: Path, system: str = "emps") -> None:
+    """What `diagnose` leaves, without its page."""
+    put(folder / "diagnosis.json", diagnosis(system))
     channels = {"rail": {"symbol": "F_rail"}}
-    put(folder / "tables" / "about.json", {"data": data, "units": {"v": "m/s"}, "channels": channels})
+    put(folder / "tables" / "about.json", {"data": "measured", "units": {"v": "m/s"}, "channels": channels})
     names = ("gap", "lacking", "left_over", "experiments", "before_and_after", "candidates")
     shown = [figure(str(k), id=name, data="", chapter=None) for k, name in enumerate(names, 1)]
     put(folder / "figures" / "figures.json", shown)

@@ -1,7 +1,5 @@
 """Figures of an answer, from its tables: what remains, what is correlated, what no window tells."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

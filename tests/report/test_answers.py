@@ -1,7 +1,5 @@
 """The list of answers: all are found, damaged ones are notes, and the page filters, sorts and compares."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -14,6 +12,7 @@ import pandas as pd
 import pytest
 from playwright.sync_api import Browser, Page
 
+from tests.browser import faults, opened
 from tests.report import case
 from unmodelled import list_answers
 from unmodelled.__main__ import PROGRAM
@@ -22,7 +21,6 @@ from unmodelled.base.tables import write_table
 from unmodelled.cli.command_line import main
 from unmodelled.report.diagnosis_page import write_page
 
-CHECKS = (Path(__file__).parent / "checks.js").read_text()
 EVIL = "<script>alert('x')</script>"
 NOWHERE: dict[str, Any] = {"channels": [], "regions": [], "factors": [], "experiments": []}
 
@@ -37,16 +35,7 @@ def put(folder: Path, **changes: Any) -> None:
 def friction(low: float, high: float) -> dict[str, Any]:
     """Coulomb friction at the rail with an interval, N."""
     number = {"value": (low + high) / 2.0, "unit": "N", "interval": [low, high]}
-    return {
-        "family": "coulomb_friction",
-        "port": "rail",
-        "law": "F_c*sign(v)",
-        "parameters": {"F_c": number},
-        "confidence": 0.9,
-        "shrink": 0.98,
-        "interval": [0.97, 0.99],
-        "indistinguishable": [],
-    }
+    return {**case.FRICTION, "parameters": {"F_c": number}, "indistinguishable": []}
 
 
 @pytest.fixture(scope="module")
@@ -179,15 +168,8 @@ def test_a_place_that_is_no_list_is_refused_at_once(kind: str, tmp_path: Path) -
 
 @pytest.fixture
 def page(browser: Browser, page_file: Path) -> Iterator[Page]:
-    wrong: list[str] = []
-    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
-        opened = context.new_page()
-        opened.add_init_script(CHECKS)
-        opened.on("console", lambda m: wrong.append(m.text) if m.type == "error" else None)
-        opened.on("pageerror", lambda error: wrong.append(str(error)))
-        opened.goto(page_file.as_uri())
-        yield opened
-    assert not wrong, "\n".join(wrong)
+    with opened(browser, page_file) as page:
+        yield page
 
 
 def shown(page: Page) -> list[str]:
@@ -227,13 +209,11 @@ def test_the_page_can_be_read(width: int, theme: Any, page: Page) -> None:
     page.emulate_media(color_scheme=theme)
     for box in page.locator("[data-answer]").all()[-2:]:
         box.check()
-    assert [page.evaluate(f"checks.{check}()") for check in ("overflows", "illegible")] == [[], []]
+    assert not faults(page, "overflows", "illegible")
 
 
 @pytest.mark.long
 def test_without_javascript_it_is_a_table(browser: Browser, page_file: Path) -> None:
-    with browser.new_context(java_script_enabled=False) as context:
-        plain = context.new_page()
-        plain.goto(page_file.as_uri())
+    with opened(browser, page_file, java_script_enabled=False) as plain:
         assert len(shown(plain)) == 4 and not plain.locator("[data-answer]").first.is_visible()
         assert plain.locator("noscript").inner_text().startswith("JavaScript is switched off")

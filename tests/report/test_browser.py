@@ -1,24 +1,24 @@
 """The report in Chromium: every page opens, nothing is dead or cut off, and what can be clicked works.
 
 REPORT_SITE=<folder> visits a report that was built before instead of a small one that is made here.
-REPORT_SCREENSHOTS=<folder> keeps pictures of all pages. REPORT_BROWSER=required fails where no browser is.
+REPORT_SCREENSHOTS=<folder> keeps pictures of all pages.
 """
-
-from __future__ import annotations
 
 import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import pandas as pd
 import pytest
 from playwright.sync_api import Browser, Page
 
+from tests.browser import CHECKS, DESKTOP, faults, watched
 from tests.report import case
 from unmodelled.report.diagnosis_page import write_page
 
-CHECKS = (Path(__file__).parent / "checks.js").read_text()
 COMMAND = "python -m pipeline diagnose system=systems/emps.yaml logs=logs"
 
 
@@ -64,12 +64,8 @@ FRACTION = (
     '<math display="block"><mrow><mover><mi>v</mi><mo>.</mo></mover><mo>=</mo><mfrac><mrow><mi>F</mi></mrow>'
     "<mrow><mi>m</mi></mrow></mfrac>" + "<mo>+</mo><mi>x</mi>" * 60 + "</mrow></math>"
 )
-WIDE = (
-    ",".join(f"column_{k}" for k in range(14))
-    + "\n"
-    + "\n".join(",".join(f"{(7 * k + 3 * j) % 11 - 4.5}" for k in range(14)) for j in range(40))
-    + "\n"
-)
+NUMBERS = [[(7 * k + 3 * j) % 11 - 4.5 for k in range(14)] for j in range(40)]
+WIDE = pd.DataFrame(NUMBERS, columns=[f"column_{k}" for k in range(14)]).to_csv(index=False)
 
 
 def files(built: Path) -> list[Path]:
@@ -84,19 +80,13 @@ def screenshot(page: Page, built: Path, file: Path, name: str) -> None:
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [375, 1440])
-def test_every_page_opens_and_can_be_read(width: int, theme: str, browser: Browser, built: Path) -> None:
-    wrong: list[str] = []
+def test_every_page_opens_and_can_be_read(width: int, theme: Any, browser: Browser, built: Path) -> None:
     with browser.new_context(viewport={"width": width, "height": 900}, color_scheme=theme) as context:
         page = context.new_page()
-        page.add_init_script(CHECKS)
-        page.on("console", lambda m: wrong.append(f"{m.type}: {m.text}") if m.type == "error" else None)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on("requestfailed", lambda request: wrong.append(f"failed: {request.url}"))
-        page.on("request", lambda r: None if r.url.startswith(("file:", "data:")) else wrong.append(r.url))
+        wrong = watched(page)
         for file in files(built):
             page.goto(file.as_uri())
-            for check in ("images", "overflows", "illegible", "commands"):
-                wrong += [f"{file.name}: {what}" for what in page.evaluate(f"checks.{check}()")]
+            wrong += [f"{file.name}: {what}" for what in [*faults(page), *faults(page, "commands")]]
             screenshot(page, built, file, f"{width}_{theme}")
     assert not wrong, "\n".join(wrong)
 
@@ -124,7 +114,7 @@ def test_no_link_is_dead(browser: Browser, built: Path) -> None:
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
-    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+    with browser.new_context(viewport=DESKTOP) as context:
         yield context.new_page()
 
 

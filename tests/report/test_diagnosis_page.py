@@ -1,9 +1,8 @@
 """The page of a diagnosis opens from disk, needs nothing else, and says what diagnosis.json says."""
 
-from __future__ import annotations
-
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -44,10 +43,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def page_of(source: Path, out: Path, **changes: Any) -> str:
     """The page of a copy in which some entries of diagnosis.json are others."""
-    for path in source.rglob("*.*"):
-        target = out / path.relative_to(source)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(path.read_bytes())
+    shutil.copytree(source, out)
     content = json.loads((out / "diagnosis.json").read_text())
     (out / "diagnosis.json").write_text(json.dumps(content | changes))
     write_page(out, COMMAND)

@@ -1,12 +1,12 @@
 """The machine in the page of an answer: sliders, switches, plots, and names that stay text."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json
 import re
+import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
+from tests.browser import faults, opened
 from tests.diagnosis.diagnoses import ANGLE, JOINT, Said, diagnosis
 from tests.report.test_simulation_script import simulated
 from unmodelled.base.files import write_json
@@ -27,7 +28,6 @@ from unmodelled.diagnosis.where.where import where
 from unmodelled.report.diagnosis_page import write_page
 from unmodelled.report.figures.files import write_figures
 
-CHECKS = (Path(__file__).parent / "checks.js").read_text()
 COMMAND = "python -m pipeline diagnose system=system.yaml logs=logs"
 EVIL = (
     """</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'"`${window.hacked=1}"""
@@ -57,27 +57,16 @@ def answer(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def page(browser: Browser, answer: Path) -> Iterator[Page]:
-    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
-        yield opened(context.new_page(), answer)
+    with live(browser, answer) as page:
+        yield page
 
 
-def opened(page: Page, folder: Path) -> Page:
-    """The page from disk; a test that ends with a complaint of the browser fails."""
-    page.add_init_script(CHECKS)
-    page.on("console", lambda m: pytest.fail(m.text) if m.type in ("error", "warning") else None)
-    page.on("pageerror", lambda error: pytest.fail(str(error)))
-    page.on("request", lambda r: None if r.url.startswith(("file:", "data:")) else pytest.fail(r.url))
-    page.goto((folder / "index.html").as_uri())
-    page.locator("#live-machine .uplot").first.wait_for()
-    return page
-
-
-def check_readable(browser: Browser, folder: Path, width: int, theme: Any) -> None:
-    """Nothing on the page is broken, hidden or hard to read."""
-    with browser.new_context(viewport={"width": width, "height": 844}, color_scheme=theme) as context:
-        page = opened(context.new_page(), folder)
-        for check in ("images", "overflows", "illegible"):
-            assert not page.evaluate(f"checks.{check}()")
+@contextmanager
+def live(browser: Browser, folder: Path, **options: Any) -> Iterator[Page]:
+    """The page of a folder, as soon as its machine is drawn."""
+    with opened(browser, folder / "index.html", **options) as page:
+        page.locator("#live-machine .uplot").first.wait_for()
+        yield page
 
 
 def errors(page: Page) -> tuple[float, float]:
@@ -195,14 +184,8 @@ def test_plots_zoom_together_and_stay_zoomed(page: Page) -> None:
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1440])
 def test_the_page_can_be_read(width: int, theme: Any, browser: Browser, answer: Path) -> None:
-    with browser.new_context(viewport={"width": width, "height": 844}, color_scheme=theme) as context:
-        page = opened(context.new_page(), answer)
-        wrong = [
-            what
-            for check in ("images", "overflows", "illegible")
-            for what in page.evaluate(f"checks.{check}()")
-        ]
-        assert not wrong, "\n".join(wrong)
+    with live(browser, answer, viewport={"width": width, "height": 844}, color_scheme=theme) as page:
+        assert not faults(page)
         for control in page.locator("#live-machine input, #live-machine select, #live-machine button").all():
             assert control.evaluate(
                 "(e) => e.labels?.length || e.getAttribute('aria-label') || e.textContent"
@@ -221,31 +204,25 @@ def test_only_the_scripts_of_the_page_run(answer: Path) -> None:
 
 
 def test_names_stay_text(browser: Browser, answer: Path, tmp_path: Path) -> None:
-    for path in answer.rglob("*.*"):
-        target = tmp_path / path.relative_to(answer)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(path.read_bytes())
+    shutil.copytree(answer, tmp_path, dirs_exist_ok=True)
     for name in ("diagnosis.json", "tables/about.json", "tables/live.json"):
         path = tmp_path / name
         text = re.sub(r'"(run1|theta was unwrapped)"', lambda _: json.dumps(EVIL), path.read_text())
         named = r'"(name|system)": ?"(theta|torque|pendulum|F_c)"'
         path.write_text(re.sub(named, lambda m: f'"{m[1]}":{json.dumps(EVIL)}', text))
     write_page(tmp_path, COMMAND)
-    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
-        page = opened(context.new_page(), tmp_path)
+    with live(browser, tmp_path) as page:
         assert errors(page)[0] > 0.0
         assert page.locator("#live-experiment option").first.inner_text() == f"{EVIL} (held out)"
         assert page.get_by_role("slider", name=EVIL).count() == 1
         assert page.evaluate("window.hacked === undefined && !document.querySelector('img[src=x]')")
         # the bar at the top ends a long name with an ellipsis
-        assert not [what for what in page.evaluate("checks.overflows()") if "SPAN.name" not in what]
+        assert not [what for what in faults(page, "overflows") if "SPAN.name" not in what]
 
 
 @pytest.mark.long
 def test_without_javascript_the_figures_are_there(browser: Browser, answer: Path) -> None:
-    with browser.new_context(java_script_enabled=False) as context:
-        page = context.new_page()
-        page.goto((answer / "index.html").as_uri())
+    with opened(browser, answer / "index.html", java_script_enabled=False) as page:
         assert not page.locator("#live-machine").is_visible()
         assert page.locator("noscript").inner_text().startswith("The machine runs in this page by JavaScript")
         assert (

@@ -1,7 +1,5 @@
 """The register machine in a browser computes what the compiled one computes, for every system."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The page simulates augmented systems as the diagnosis does, over windows and over whole experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -11,7 +11,7 @@ import pytest
 from pipeline.chapters import verdicts
 from pipeline.report.claims import VERDICTS, claims_table, read_full
 from pipeline.report.pages import PAGES as DECLARED
-from tests.conftest import ROOT
+from tests.conftest import ROOT, files_of
 from tests.report.case import (
     Page,
     claim,
@@ -102,9 +102,7 @@ def test_equal_inputs_give_equal_bytes(inputs: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     for out in (first, second, second):  # the last one replaces an old site
         make(inputs, out)
-    files = sorted(path.relative_to(first) for path in first.rglob("*") if path.is_file())
-    assert files == sorted(path.relative_to(second) for path in second.rglob("*") if path.is_file())
-    assert all((first / file).read_bytes() == (second / file).read_bytes() for file in files)
+    assert files_of(first) == files_of(second)
 
 
 def test_missing_inputs_are_said_to_be_missing(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Chapters 1 and 7: every topic shows results that exist, and the pages take them from the files."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """The tutorial is a text with its figures in their places; it reads without results too."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

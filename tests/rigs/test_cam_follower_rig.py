@@ -18,20 +18,10 @@ HEIGHTS, SKEWS = (0.01, 0.03, 0.05, 0.07), tuple(np.pi * np.array([0.5, 0.75, 1.
 MASSES, VOLTAGES = (0.7325, 0.9379, 1.1238, 1.3067), tuple(np.linspace(3.6, 10.8, 20))
 PI = float(np.pi)
 RIG = CamFollowerRig()
-IDLE = replace(  # nothing drives and nothing dissipates
-    RIG,
-    torque_constant=0.0,
-    gear_friction=0.0,
-    gear_friction_drop=0.0,
-    ripple=0.0,
-    guide_coulomb=0.0,
-    guide_viscous=0.0,
-    guide_side=0.0,
-    restitution=1.0,
-    merge_velocity=0.0,
-    patience=10.0,
-    stop_angle=100 * TURN,
-)
+#: Nothing drives and nothing dissipates.
+NOTHING = ("torque_constant", "gear_friction", "gear_friction_drop", "ripple", "merge_velocity")
+NOTHING += ("guide_coulomb", "guide_viscous", "guide_side")
+IDLE = replace(RIG, **dict.fromkeys(NOTHING, 0.0), restitution=1.0, patience=10.0, stop_angle=100 * TURN)
 
 
 def label(log: dict[str, np.ndarray], H: float) -> tuple[str, float]:

@@ -1,7 +1,5 @@
 """The benches of the tutorial measure what the text says, and know more than the models."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The machines of the withheld check: the known physics without effects, measurably not so with them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise

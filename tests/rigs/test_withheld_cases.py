@@ -1,7 +1,5 @@
 """Cases of the withheld check: how they are drawn, and what is written of them."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace
@@ -20,6 +18,7 @@ from pipeline.rigs.withheld.effects.effect import Only, Plan
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import BALANCES, EVERY, FURTHER, MACHINES
+from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
@@ -108,12 +107,9 @@ def test_same_case_same_bytes_other_seed_other_logs(tmp_path: Path) -> None:
     case = Case("pendulum", (Planted("scatter", "joint"),), 1.0, 6)
     for name, seed in (("one", 6), ("two", 6), ("other", 7)):
         write(replace(case, seed=seed), tmp_path / name, short(case, 0.3))
-    files = sorted(p.relative_to(tmp_path / "one") for p in (tmp_path / "one").rglob("*") if p.is_file())
-    assert len(files) > 8
-    assert all((tmp_path / "one" / f).read_bytes() == (tmp_path / "two" / f).read_bytes() for f in files)
-    assert (tmp_path / "one" / "system.yaml").read_bytes() != (
-        tmp_path / "other" / "system.yaml"
-    ).read_bytes()
+    one, two, other = (files_of(tmp_path / name) for name in ("one", "two", "other"))
+    assert len(one) > 8 and one == two
+    assert one["system.yaml"] != other["system.yaml"]
 
 
 @pytest.mark.parametrize("kind", KINDS)

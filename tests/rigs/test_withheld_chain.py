@@ -1,7 +1,5 @@
 """Measurement chains of the withheld check: every part does what it says, and cases follow their seed."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +28,7 @@ from pipeline.rigs.withheld.cranks import Pendulum
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.machines import EVERY, FURTHER
+from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -131,11 +130,8 @@ def test_cases_follow_their_seed_and_validation_has_other_motions(tmp_path: Path
     )
     for name, seed in (("one", 3), ("two", 3), ("other", 4)):
         truth = write_measured(replace(case, seed=seed), tmp_path / name, short(replace(case, seed=seed)))
-    one = {
-        p.relative_to(tmp_path / "one"): p.read_bytes() for p in (tmp_path / "one").rglob("*") if p.is_file()
-    }
-    assert all((tmp_path / "two" / name).read_bytes() == content for name, content in one.items())
-    assert (tmp_path / "other" / "system.yaml").read_bytes() != one[Path("system.yaml")]
+    one, two, other = (files_of(tmp_path / name) for name in ("one", "two", "other"))
+    assert one == two and one["system.yaml"] != other["system.yaml"]
     assert not set(truth["motions"]["logs"]) & set(truth["motions"]["validation"])
     system = read_system(tmp_path / "one" / "system.yaml")
     assert 6 <= len(read_logs(tmp_path / "one" / "logs", system)) <= 16

@@ -1,7 +1,5 @@
 """Results of chapter 5 that several tests look at."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The stages of chapter 5, run as the command line does with a profile that is tiny."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -42,31 +40,17 @@ def call(verb: str, *overrides: str, **paths: Path) -> None:
     hydra.utils.get_method(config["_target_"])(**arguments | paths)
 
 
-def train(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
+def train(root: Path, model: str, split: str, out: Path | None = None) -> None:
     """Fit a model on the features below `root`."""
-    place = out or root / "fits" / model / split
-    call(
-        "train",
-        f"model={model}",
-        f"split={split}",
-        f"model.features={root / 'features'}",
-        *overrides,
-        out=place,
-    )
+    words = f"model={model}", f"split={split}", f"model.features={root / 'features'}"
+    call("train", *words, out=out or root / "fits" / model / split)
 
 
-def evaluate(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
+def evaluate(root: Path, model: str, split: str, out: Path | None = None) -> None:
     """Test the fits of a model below `root`."""
-    place, fits = out or root / "predictions" / model / split, root / "fits" / model / split
-    call(
-        "evaluate",
-        f"model={model}",
-        f"split={split}",
-        f"model.features={root / 'features'}",
-        *overrides,
-        fits=fits,
-        out=place,
-    )
+    words = f"model={model}", f"split={split}", f"model.features={root / 'features'}"
+    fits = root / "fits" / model / split
+    call("evaluate", *words, fits=fits, out=out or root / "predictions" / model / split)
 
 
 def attribute(root: Path, *overrides: str, out: Path | None = None) -> None:
@@ -76,7 +60,7 @@ def attribute(root: Path, *overrides: str, out: Path | None = None) -> None:
     call("attribute", features, *overrides, fits=fits, out=out or root / "attributions")
 
 
-def tabulate(root: Path, *overrides: str, out: Path | None = None) -> None:
+def tabulate(root: Path, out: Path | None = None) -> None:
     """Make the tables of chapter 5 of all that is below `root`."""
     given = {name: root / name for name in ("features", "predictions", "attributions", "fits", "reports")}
-    call("tabulate_jumps", *overrides, **given, out=out or root / "tables")
+    call("tabulate_jumps", **given, out=out or root / "tables")

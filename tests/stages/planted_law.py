@@ -1,7 +1,5 @@
 """A law of the library planted in a small machine and diagnosed from its logs to the page: what must hold."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
@@ -12,9 +10,9 @@ import pytest
 from playwright.sync_api import Browser
 
 from pipeline.__main__ import main
+from tests.browser import DESKTOP, faults, watched
 from tests.diagnosis.planted import plant, with_companions
 from tests.report.case import Page
-from tests.report.test_browser import CHECKS
 from tests.report.test_site import check_addresses
 from unmodelled.base.files import read_json
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -102,17 +100,26 @@ def check_page(folder: Path) -> None:
         assert f"<mo>=</mo>{first.partition('<mrow>')[2]}" in text
 
 
-def check_in_browser(browser: Browser, pages: list[Path]) -> None:
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Diagnosed]:
+    yield from diagnosing(tmp_path_factory.mktemp("laws"))
+
+
+def check_law(name: str, diagnosed: Diagnosed) -> None:
+    """A planted law is named, with the one that it needs beside it, and its answer is whole."""
+    folder = diagnosed(name)
+    named = [(e["family"], e.get("variant", "")) for e in check_answer(folder)["effects"]]
+    assert sorted(named) == sorted((each.family, each.variant) for each in with_companions(laws()[name]))
+    check_page(folder)
+
+
+def check_in_browser(browser: Browser, folders: list[Path]) -> None:
     """Every page opens without a fault, and everything on it can be seen."""
-    wrong: list[str] = []
-    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+    with browser.new_context(viewport=DESKTOP) as context:
         page = context.new_page()
-        page.add_init_script(CHECKS)
-        page.on("console", lambda m: wrong.append(f"{m.type}: {m.text}") if m.type == "error" else None)
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        for path in pages:
-            page.goto(path.as_uri())
-            for check in ("images", "overflows", "illegible"):
-                wrong += [f"{path}: {what}" for what in page.evaluate(f"checks.{check}()")]
-            assert page.locator(".effect math").count() > 0, path
+        wrong = watched(page)
+        for folder in folders:
+            page.goto((folder / "out" / "index.html").as_uri())
+            wrong += [f"{folder}: {what}" for what in faults(page)]
+            assert page.locator(".effect math").count() > 0, folder
     assert not wrong, "\n".join(wrong)

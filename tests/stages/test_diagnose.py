@@ -1,14 +1,15 @@
 """The verb diagnose around a diagnosis that is given: what it writes, prints and keeps."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from html import unescape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from tests.conftest import files_of
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
 from unmodelled.api import answer as api
 from unmodelled.base.errors import BadInput
@@ -51,8 +52,20 @@ def test_a_law_that_runs_away_over_a_whole_experiment_is_not_offered(
     assert not (tmp_path / "case/out/augmented_system.yaml").exists()
 
 
-def files(folder: Path) -> dict[str, bytes]:
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+def write_logs(folder: Path, **changes: Callable[[pd.DataFrame], Any]) -> None:
+    """System file and logs with other columns."""
+    known(folder)
+    for log in (folder / "logs").glob("run*.csv"):
+        pd.read_csv(log).assign(**changes).to_csv(log, index=False)
+
+
+def raising(error: BaseException) -> Callable[..., None]:
+    """A function that fails."""
+
+    def fail(*_: object) -> None:
+        raise error
+
+    return fail
 
 
 def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -82,9 +95,9 @@ def test_the_gap_of_the_held_out_experiments_can_be_simulated(case: Path) -> Non
 def test_the_same_seed_gives_the_same_files_and_a_result_is_replaced(case: Path) -> None:
     call(case)
     call(case, "again")
-    assert files(case / "out") == files(case / "again")
+    assert files_of(case / "out") == files_of(case / "again")
     call(case, "again")
-    assert files(case / "out") == files(case / "again")
+    assert files_of(case / "out") == files_of(case / "again")
 
 
 @pytest.mark.long
@@ -99,10 +112,7 @@ def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: p
 
 @pytest.mark.long
 def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    known(tmp_path)
-    for log in (tmp_path / "logs").glob("run*.csv"):
-        table = pd.read_csv(log)
-        table.assign(theta=np.degrees(table["theta"])).to_csv(log, index=False)
+    write_logs(tmp_path, theta=lambda table: np.degrees(table["theta"]))
     call(tmp_path)
     content = read_json(tmp_path / "out" / "diagnosis.json")
     assert (content["verdict"], content["effects"], content["comparison"]) == ("check_logs", [], [])
@@ -113,19 +123,14 @@ def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFi
     assert first.startswith("verdict: check the logs first") and second == row["sentence"]
     page = unescape((tmp_path / "out" / "index.html").read_text())
     assert page.index("<h1>Check the logs first.</h1>") < page.index(row["sentence"])
-    assert {each.name for each in (tmp_path / "out" / "figures").glob("*.svg")} == {
-        "experiments.svg",
-        "before_and_after.svg",
-    }
+    drawn = {each.stem for each in (tmp_path / "out" / "figures").glob("*.svg")}
+    assert drawn == {"experiments", "before_and_after"}
     assert not [note for note in content["notes"] if "could not be made" in note]
 
 
 @pytest.mark.long
 def test_logs_in_milliseconds_are_the_answer(tmp_path: Path) -> None:
-    known(tmp_path)
-    for log in (tmp_path / "logs").glob("run*.csv"):
-        table = pd.read_csv(log)
-        table.assign(t=1e3 * table["t"]).to_csv(log, index=False)
+    write_logs(tmp_path, t=lambda table: 1e3 * table["t"])
     call(tmp_path)
     (row,) = read_json(tmp_path / "out" / "diagnosis.json")["logs"]
     assert (row["channel"], row["problem"]) == ("t", "milliseconds")
@@ -134,24 +139,19 @@ def test_logs_in_milliseconds_are_the_answer(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call(case)
-    before = files(case)
+    before = files_of(case)
 
-    def fail(*_: object) -> None:
-        raise BadInput("the disk is full")
-
-    monkeypatch.setattr(findings, "write_augmented", fail)
+    monkeypatch.setattr(findings, "write_augmented", raising(BadInput("the disk is full")))
     with pytest.raises(BadInput, match="the disk is full"):
         call(case)
-    assert files(case) == before
+    assert files_of(case) == before
 
 
 @pytest.mark.long
 def test_what_cannot_be_drawn_is_a_note_and_the_rest_is_there(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def fail(_: Path) -> None:
-        raise KeyError("no such\nlabel")
-
+    fail = raising(KeyError("no such\nlabel"))
     monkeypatch.setattr(figures, "FIGURES", {**figures.FIGURES, "lacking": fail})
     call(case)
     (note,) = (n for n in read_json(case / "out" / "diagnosis.json")["notes"] if "could not" in n)
@@ -169,10 +169,7 @@ def test_no_fault_after_the_answer_costs_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], part: str
 ) -> None:
     call(case, "whole")
-
-    def fail(*_: object) -> None:
-        raise ZeroDivisionError("of a picture")
-
+    fail = raising(ZeroDivisionError("of a picture"))
     monkeypatch.setattr(findings if part == "write_tables" else api, part, fail)
     call(case)
     content, whole = (read_json(case / out / "diagnosis.json") for out in ("out", "whole"))
@@ -187,11 +184,9 @@ def test_no_fault_after_the_answer_costs_it(
 def test_a_machine_that_cannot_be_shown_live_costs_no_page(
     case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: object) -> None:
-        raise ValueError("the machine has no instruction for this")
-
     call(case, "whole")
     assert 'id="live-data"' in (case / "whole" / "index.html").read_text()
+    fail = raising(ValueError("the machine has no instruction for this"))
     monkeypatch.setattr(findings, "write_live", fail)
     call(case)
     page = (case / "out" / "index.html").read_text()
@@ -203,28 +198,13 @@ def test_a_machine_that_cannot_be_shown_live_costs_no_page(
 def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    fail = raising(BadInput("out: cannot be written: No space left on device"))
+
     def full(*_: object) -> None:
         monkeypatch.setattr(findings, "write_json", fail)
         fail()
-
-    def fail(*_: object) -> None:
-        raise BadInput("out: cannot be written: No space left on device")
 
     monkeypatch.setattr(findings, "write_tables", full)
     call(case)
     assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"
     assert "tables could not be made (out: cannot be written: No space left" in capsys.readouterr().out
-
-
-@pytest.mark.long
-def test_an_interruption_ends_the_verb_and_leaves_the_answer(
-    case: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(api, "write_figures", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        call(case)
-    assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"
-    assert (case / "out" / "augmented_system.yaml").exists()

@@ -1,38 +1,119 @@
 """What `diagnose` refuses: exit code 2, one line that names file and place, and nothing is written."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from numpy.typing import NDArray
 
-from pipeline.__main__ import main
-from tests.stages.diagnose_case import (
-    SYSTEM,
-    Change,
-    all_columns,
-    cell,
-    columns,
-    experiments,
-    log,
-    system,
-    text,
-    without,
-    write_case,
-)
+from tests.commands import exit_code
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.diagnosis.answer import diagnose as story
 
+Change = Callable[[Path], None]
+
+SYSTEM = """\
+schema: system/1
+name: cart
+states:
+  x: {unit: m}
+  v: {unit: m/s}
+inputs:
+  u: {unit: V, column: volts}
+outputs:
+  x: {unit: m, column: position}
+operating_point:
+  m: {unit: kg}
+parameters:
+  M: {value: 2.0, unit: kg}
+  kf: {value: 1.5, unit: N/V}
+  b: {value: 0.4, unit: N s/m, identify: true, bounds: [0, 5]}
+ports:
+  rail: {effort: F, unit: N, position: x, velocity: v}
+dynamics:
+  x: v
+  v: (kf*u - b*v - F)/(M + m)
+"""
+PERIOD, SAMPLES = 0.01, 120
+
+
+def log(k: int = 0, samples: int = SAMPLES, period: float = PERIOD) -> dict[str, NDArray[np.float64]]:
+    """Something that a cart could do."""
+    t = period * np.arange(samples)
+    return {
+        "t": t,
+        "position": np.sin((2.0 + k) * t) + 1e-3 * np.cos(40.0 * t),
+        "volts": 3.0 * np.cos(5.0 * t + k),
+    }
+
+
+def write_case(folder: Path) -> Path:
+    """system.yaml and logs/ with three experiments."""
+    logs = folder / "logs"
+    logs.mkdir(parents=True)
+    (folder / "system.yaml").write_text(SYSTEM)
+    for k, name in enumerate("abc"):
+        pd.DataFrame(log(k)).round(6).to_csv(logs / f"{name}.csv", index=False)
+    (logs / "experiments.csv").write_text("id,file,m\na,a.csv,0.5\nb,b.csv,1.0\nc,c.csv,0.5\n")
+    return folder
+
+
+def system(old: str, new: str) -> Change:
+    """Change the text of the system file."""
+    assert SYSTEM.count(old) == 1, old
+    return lambda folder: write(folder / "system.yaml", SYSTEM.replace(old, new))
+
+
+def text(path: str, content: str | bytes) -> Change:
+    """Replace a file."""
+    return lambda folder: write(folder / path, content)
+
+
+def write(path: Path, content: str | bytes) -> None:
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+
+
+def experiments(content: str) -> Change:
+    return text("logs/experiments.csv", content)
+
+
+def cell(row: int, column: int, value: str, path: str = "logs/b.csv") -> Change:
+    """Put `value` in a cell, rows and columns counted from 1."""
+
+    def change(folder: Path) -> None:
+        rows = [line.split(",") for line in (folder / path).read_text().splitlines()]
+        rows[row - 1][column - 1] = value
+        write(folder / path, "\n".join(",".join(r) for r in rows) + "\n")
+
+    return change
+
+
+def columns(**values: NDArray[np.float64] | float) -> Change:
+    """Replace columns of the log of experiment b."""
+    return lambda folder: pd.DataFrame({**log(1), **values}).to_csv(folder / "logs" / "b.csv", index=False)
+
+
+def all_columns(samples: int = SAMPLES, period: float = PERIOD, **values: float) -> Change:
+    """Write all three logs anew."""
+
+    def change(folder: Path) -> None:
+        for k, name in enumerate("abc"):
+            made = pd.DataFrame({**log(k, samples, period), **values})
+            made.to_csv(folder / "logs" / f"{name}.csv", index=False)
+
+    return change
+
+
+def without(path: str) -> Change:
+    return lambda folder: (folder / path).unlink()
+
 
 def nothing(folder: Path) -> None:
     """Leave the files as they are."""
-
-
-def moved(t: np.ndarray, sample: int, by: float) -> np.ndarray:
-    return np.where(np.arange(len(t)) < sample, t, t + by)
 
 
 T = log()["t"]
@@ -74,56 +155,50 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     (["out=" + "x" * 300], r"out: File name too long"),
 ]
 
+#: Texts of the system file, what takes their places, and what the line says.
+TEXTS = [
+    ("system/1", "system/9", r"system\.yaml: line 1: schema: must start with"),
+    ("  x: v\n", "", r"system\.yaml: line \d+: dynamics: the state 'x' has no dynamics"),
+    ("kf*u - b*v", "kf*u - drag(v)", r"line 20: dynamics\.v: .*'drag'"),
+    ("kf*u - b*v", "kf*u - __import__(v)", r"line 20: dynamics\.v: '__import__' is not allowed"),
+    ("  kf: {value: 1.5, unit: N/V}\n", "", r"line 19: dynamics\.v: unknown symbol 'kf'"),
+    ("kf*u - b*v", "kf*u - b*x", r"line 20: dynamics\.v: units differ"),
+    ("unit: N/V", "unit: Newton per Volt", r"line 14: parameters\.kf\.unit: .*is not a unit|unknown unit"),
+    ("unit: N/V", "unit: lbf/V", r"line 14: parameters\.kf\.unit: 'lbf/V' must be in SI units"),
+    ("  x: {unit: m}\n", "  x: {unit: mm}\n", r"line 4: states\.x\.unit: 'mm' must be in SI units"),
+    ("value: 1.5", "value: strong", r"line 14: parameters\.kf\.value: must be a number, got 'strong'"),
+    ("value: 1.5", "value: nan", r"line 14: parameters\.kf\.value: must be a number, got 'nan'"),
+    ("value: 1.5, ", "", r"line 14: parameters\.kf: the key 'value' is missing"),
+    ("[0, 5]", "[5, 0]", r"line 15: parameters\.b\.bounds: must increase"),
+    ("[0, 5]", "[1, 5]", r"line 15: parameters\.b\.bounds: must contain the value 0\.4"),
+    ("[0, 5]", "[0]", r"line 15: parameters\.b\.bounds: must be two numbers"),
+    ("[0, 5]", "[0, .inf]", r"line 15: parameters\.b\.bounds\[1\]: must be a number"),
+    ("identify: true", "identify: maybe", r"line 15: parameters\.b\.identify: must be true or false"),
+    (" - F)", ")", r"line 17: ports\.rail: effort 'F' of port 'rail' appears in no dynamics"),
+    ("velocity: v}", "velocity: w}", r"line 17: ports\.rail\.velocity: must be a state or a signal"),
+    ("  m: {unit: kg}", "  mass: {unit: kg}", r"line 20: dynamics\.v: unknown symbol 'm'"),
+    (
+        "{unit: kg}\nparam",
+        "{unit: kg, values: {a: 1, b: 1, C: 1}}\nparam",
+        r"logs/experiments\.csv: row 4: column id: the experiment 'c' is not in operating_point\.m\.values",
+    ),
+    ("{unit: kg}\nparam", "{unit: kg, values: {a: big}}\nparam", r"line 11: .*m\.values\.a: must be a"),
+    ("column: volts", "column: voltage", r"logs/a\.csv: row 1: column voltage is missing"),
+    ("column: volts", "column: volts, delay: 5", r"inputs\.u\.delay: 5 s is too long for experiment"),
+    ("column: position", "column: position, delay: 5", r"system\.yaml: outputs: a delay must be short"),
+    ("column: position", "column: position, delay: -1", r"line 9: outputs\.x\.delay: must not be neg"),
+    (
+        "(kf*u - b*v - F)",
+        "(kf*u + b*v*exp(min(1e4*v*v, 700))*1e200 - F)",
+        r"system\.yaml: dynamics: the simulation diverges within [\d.]+ s from every measured state",
+    ),
+]
 SYSTEMS: list[tuple[Change, str]] = [
     (text("system.yaml", ""), r"system\.yaml: line 1: the file is empty"),
     (text("system.yaml", b"\xff\xfe\x00"), r"system\.yaml: line 1: not UTF-8 text"),
     (
         text("system.yaml", SYSTEM.replace("name: cart\n", "")),
         r"system\.yaml: line 1: the key 'name' is missing",
-    ),
-    (system("system/1", "system/9"), r"system\.yaml: line 1: schema: must start with"),
-    (system("  x: v\n", ""), r"system\.yaml: line \d+: dynamics: the state 'x' has no dynamics"),
-    (system("kf*u - b*v", "kf*u - drag(v)"), r"line 20: dynamics\.v: .*'drag'"),
-    (system("kf*u - b*v", "kf*u - __import__(v)"), r"line 20: dynamics\.v: '__import__' is not allowed"),
-    (system("  kf: {value: 1.5, unit: N/V}\n", ""), r"line 19: dynamics\.v: unknown symbol 'kf'"),
-    (system("kf*u - b*v", "kf*u - b*x"), r"line 20: dynamics\.v: units differ"),
-    (
-        system("unit: N/V", "unit: Newton per Volt"),
-        r"line 14: parameters\.kf\.unit: .*is not a unit|unknown unit",
-    ),
-    (system("unit: N/V", "unit: lbf/V"), r"line 14: parameters\.kf\.unit: 'lbf/V' must be in SI units"),
-    (system("  x: {unit: m}\n", "  x: {unit: mm}\n"), r"line 4: states\.x\.unit: 'mm' must be in SI units"),
-    (
-        system("value: 1.5", "value: strong"),
-        r"line 14: parameters\.kf\.value: must be a number, got 'strong'",
-    ),
-    (system("value: 1.5", "value: nan"), r"line 14: parameters\.kf\.value: must be a number, got 'nan'"),
-    (system("value: 1.5, ", ""), r"line 14: parameters\.kf: the key 'value' is missing"),
-    (system("[0, 5]", "[5, 0]"), r"line 15: parameters\.b\.bounds: must increase"),
-    (system("[0, 5]", "[1, 5]"), r"line 15: parameters\.b\.bounds: must contain the value 0\.4"),
-    (system("[0, 5]", "[0]"), r"line 15: parameters\.b\.bounds: must be two numbers"),
-    (system("[0, 5]", "[0, .inf]"), r"line 15: parameters\.b\.bounds\[1\]: must be a number"),
-    (system("identify: true", "identify: maybe"), r"line 15: parameters\.b\.identify: must be true or false"),
-    (system(" - F)", ")"), r"line 17: ports\.rail: effort 'F' of port 'rail' appears in no dynamics"),
-    (system("velocity: v}", "velocity: w}"), r"line 17: ports\.rail\.velocity: must be a state or a signal"),
-    (system("  m: {unit: kg}", "  mass: {unit: kg}"), r"line 20: dynamics\.v: unknown symbol 'm'"),
-    (
-        system("{unit: kg}\nparam", "{unit: kg, values: {a: 1, b: 1, C: 1}}\nparam"),
-        r"logs/experiments\.csv: row 4: column id: the experiment 'c' is not in operating_point\.m\.values",
-    ),
-    (
-        system("{unit: kg}\nparam", "{unit: kg, values: {a: big}}\nparam"),
-        r"line 11: .*m\.values\.a: must be a",
-    ),
-    (system("column: volts", "column: voltage"), r"logs/a\.csv: row 1: column voltage is missing"),
-    (system("column: volts", "column: volts, delay: 5"), r"inputs\.u\.delay: 5 s is too long for experiment"),
-    (
-        system("column: position", "column: position, delay: 5"),
-        r"system\.yaml: outputs: a delay must be short",
-    ),
-    (
-        system("column: position", "column: position, delay: -1"),
-        r"line 9: outputs\.x\.delay: must not be neg",
     ),
     (
         text(
@@ -132,10 +207,7 @@ SYSTEMS: list[tuple[Change, str]] = [
         ),
         r"system\.yaml: ports: there is none, and no parameter is marked identify",
     ),
-    (
-        system("(kf*u - b*v - F)", "(kf*u + b*v*exp(min(1e4*v*v, 700))*1e200 - F)"),
-        r"system\.yaml: dynamics: the simulation diverges within [\d.]+ s from every measured state",
-    ),
+    *((system(old, new), words) for old, new, words in TEXTS),
 ]
 
 LOGS: list[tuple[Change, str]] = [
@@ -220,11 +292,7 @@ def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """The line that is printed, before one for every further fault."""
     given = {a.split("=")[0] for a in arguments}
     plain = [f"{key}={value}" for key, value in DEFAULTS.items() if key not in given]
-    try:
-        code: object = main(["diagnose", *plain, *arguments])
-    except SystemExit as left:
-        code = left.code
-    said = capsys.readouterr()
+    code, said = exit_code("diagnose", *plain, *arguments), capsys.readouterr()
     assert (code, said.out) == (2, ""), said.err
     line, *others = said.err.splitlines()
     assert line.startswith("error: ") and said.err.endswith("\n")

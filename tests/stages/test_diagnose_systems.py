@@ -1,7 +1,5 @@
 """Diagnoses of one machine with several system files: resumed after a kill, drawn by another stage."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path

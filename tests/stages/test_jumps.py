@@ -1,7 +1,5 @@
 """Chapter 5 from features to claims, on a small campaign, and what a kill leaves."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

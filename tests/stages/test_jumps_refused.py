@@ -1,7 +1,5 @@
 """What the stages of chapter 5 refuse: other fits, bad campaigns, wrong options and damaged tables."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """simulate and diagnose say the same gap, noise floor and errors of the same file, logs and experiments."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One more experiment on withheld cases: the rig measures what was designed, and the table counts it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any

@@ -1,15 +1,12 @@
 """From robot file and logs to the patched file, by the command line: planted dry friction and a rotor."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
 from pathlib import Path
 
 import mujoco
 import pytest
 
 import unmodelled as um
+from tests.commands import python
 from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write_rod
 from unmodelled.base.files import read_json
 
@@ -22,9 +19,8 @@ def test_planted_friction_and_rotor_are_in_the_file_that_the_user_gets_back(
     robot: str, given: float, tmp_path: Path
 ) -> None:
     system = write_rod(tmp_path, robot)
-    command = [sys.executable, "-m", "unmodelled", "diagnose", f"system={system}"]
-    command += [f"logs={tmp_path / 'logs'}", f"out={tmp_path / 'answer'}"]
-    ran = subprocess.run(command, capture_output=True, text=True)
+    words = [f"system={system}", f"logs={tmp_path / 'logs'}", f"out={tmp_path / 'answer'}"]
+    ran = python("-m", "unmodelled", "diagnose", *words)
     assert ran.returncode == 0, ran.stderr
     content = read_json(tmp_path / "answer" / "diagnosis.json")
     named = {effect["family"]: effect["parameters"] for effect in content["effects"]}

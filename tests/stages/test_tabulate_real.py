@@ -1,7 +1,5 @@
 """Diagnoses of measured machines become numbers and tables; what is damaged is named."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -13,48 +11,26 @@ from pipeline.chapters.known import KnownCase, read_machines
 from pipeline.chapters.real import judged, said
 from pipeline.stages.tabulate_real import tabulate_real
 from tests.conftest import stages
+from tests.report import case
+from tests.report.case import put
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.library import effects
 
 ROOT = Path(__file__).parents[2]
-FRICTION = {
-    "family": "coulomb_friction",
-    "port": "rail",
-    "law": "F_c*sign(v)",
-    "parameters": {"F_c": {"value": 20.0, "unit": "N", "interval": [19.0, 21.0]}},
-    "confidence": 0.9,
-    "shrink": 0.95,
-    "indistinguishable": [{"family": "stribeck_friction", "port": "rail"}],
-}
+NUMBER = {"value": 20.0, "unit": "N", "interval": [19.0, 21.0]}
+FRICTION = {**case.FRICTION, "parameters": {"F_c": NUMBER}}
 LEVEL = {"factor": "group", "level": "pulses"}
 
 
 def diagnosis(**changes: Any) -> dict[str, Any]:
-    found = {
-        "schema": "diagnosis/2",
-        "verdict": "effect",
-        "confidence": 0.8,
-        "effects": [FRICTION],
-        "where": {
-            "channels": [{"port": "rail", "share": 0.96}],
-            "regions": [{"signal": "v", "low": -0.02, "high": 0.02, "share": 0.61}],
-            "factors": [{**LEVEL, "share": 0.5}, {"factor": "m", "level": 1.25, "share": 0.25}],
-            "experiments": [{"id": "plain_1", "known": 0.3, "augmented": 0.02}],
-        },
-        "gap": {
-            **{"known": 0.31, "reidentified": 0.2, "augmented": 0.05, "neural": None, "floor": 0.01},
-            **{"shrink": 0.94, "interval": [0.9, 0.97], "held_out": ["plain_1", "pulses_2"]},
-        },
-        "parameters": {"M": {"known": 95.0, "identified": 94.0, "interval": None}},
-        "comparison": [],
-        "notes": ["v was estimated"],
-    }
+    found = case.diagnosis()
+    found |= {"confidence": 0.8, "effects": [FRICTION], "comparison": [], "notes": ["v was estimated"]}
+    found |= {"parameters": {"M": {"known": 95.0, "identified": 94.0, "interval": None}}}
+    found["where"] |= {"factors": [{**LEVEL, "share": 0.5}, {"factor": "m", "level": 1.25, "share": 0.25}]}
+    found["where"] |= {"experiments": [{"id": "plain_1", "known": 0.3, "augmented": 0.02}]}
+    found["gap"] |= {"reidentified": 0.2, "augmented": 0.05, "neural": None, "floor": 0.01, "shrink": 0.94}
+    found["gap"] |= {"interval": [0.9, 0.97], "held_out": ["plain_1", "pulses_2"]}
     return {**found, **changes}
-
-
-def put(path: Path, content: Any) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
 
 
 def put_diagnosis(folder: Path, content: Any) -> None:

@@ -1,7 +1,5 @@
 """The tutorial on a small bench: its tables, what they show, and bad input."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

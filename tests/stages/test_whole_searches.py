@@ -1,7 +1,5 @@
 """From logs to the page with nothing left out: one law of every kind, and experiments with awkward names."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

@@ -1,7 +1,5 @@
 """The withheld check from cases to numbers, with diagnoses that are made up or real but small."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The runs of a sweep as a table, on sweep folders made by hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
