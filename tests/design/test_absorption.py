@@ -7,26 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.design.motions import motion, read
+from tests.design.motions import RATES, acceleration_of, motion, read
+from tests.machines.folders import text_of
 from unmodelled.design.absorption import beside_networks
 from unmodelled.design.advice import advise
 from unmodelled.design.identifiability import COLLINEAR, identify_sets
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-PENDULUM = """
-schema: system/1
-name: pendulum
-states: {theta: {unit: rad}, omega: {unit: rad/s}}
-inputs: {torque: {unit: N m}}
-outputs: {theta: {unit: rad}, omega: {unit: rad/s}}
-parameters:
-  J: {value: 0.5, unit: kg m^2, identify: true}
-  weight: {value: 2.0, unit: N m, identify: true}
-ports:
-  joint: {effort: tau, unit: N m, position: theta, velocity: omega}
-dynamics: {theta: omega, omega: (torque - weight*sin(theta) - tau)/J}
-"""
+PENDULUM = text_of("weighted_pendulum.yaml")
 
 
 def pendulum(folder: Path, rates: tuple[float, ...], text: str = PENDULUM) -> tuple[System, Logs]:
@@ -40,7 +29,7 @@ def pendulum(folder: Path, rates: tuple[float, ...], text: str = PENDULUM) -> tu
 
 
 def test_a_network_absorbs_gravity_but_not_inertia(tmp_path: Path) -> None:
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7))
+    system, logs = pendulum(tmp_path, RATES)
     result = identify_sets(system, logs)
     assert result.absorbed == ("weight",)
     assert result.unabsorbed["J"] > 0.2
@@ -59,10 +48,10 @@ def test_a_network_absorbs_inertia_where_the_motion_says_it_all(tmp_path: Path) 
 
 
 def test_the_effort_is_what_the_logs_need(tmp_path: Path) -> None:
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7))
-    acceleration = np.sqrt(np.mean([motion((1.3, 3.1, 7.7), s)[3] ** 2 for s in (0.2, 1.1)]))
+    system, logs = pendulum(tmp_path, RATES)
     load = 0.3 * np.sqrt(np.mean(logs.x[:, 1] ** 2))
-    assert identify_sets(system, logs).norms["tau"] == pytest.approx(load / 0.5 / acceleration, rel=0.02)
+    expected = load / 0.5 / acceleration_of(RATES)
+    assert identify_sets(system, logs).norms["tau"] == pytest.approx(expected, rel=0.02)
 
 
 def test_an_effort_that_enters_nonlinearly_is_found_too(tmp_path: Path) -> None:
@@ -70,25 +59,24 @@ def test_an_effort_that_enters_nonlinearly_is_found_too(tmp_path: Path) -> None:
     text = text.replace(", velocity: omega}", "}")
     for unit in ("rad/s", "rad", "N m", "kg m^2"):
         text = text.replace(f"unit: {unit}", "unit: ''")
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7), text)
+    system, logs = pendulum(tmp_path, RATES, text)
     load = 0.3 * logs.x[:, 1]
     tau = np.array([np.real(r[np.abs(r.imag) < 1e-9][0]) for r in (np.roots([1, 0, 1, -f]) for f in load)])
     expected = np.sqrt(np.mean(((1.0 + 3.0 * tau**2) / 0.5) ** 2) * np.mean(tau**2))
-    acceleration = np.sqrt(np.mean([motion((1.3, 3.1, 7.7), s)[3] ** 2 for s in (0.2, 1.1)]))
     found = identify_sets(system, logs).norms["tau"]
-    assert found == pytest.approx(expected / acceleration, rel=0.03)
+    assert found == pytest.approx(expected / acceleration_of(RATES), rel=0.03)
 
 
 def test_two_ports_with_the_same_effect_are_no_fault_of_the_parameters(tmp_path: Path) -> None:
     text = PENDULUM.replace("dynamics:", "  second: {effort: mu, unit: N m, position: theta}\ndynamics:")
-    result = identify_sets(*pendulum(tmp_path, (1.3, 3.1, 7.7), text.replace("- tau)", "- tau - mu)")))
+    result = identify_sets(*pendulum(tmp_path, RATES, text.replace("- tau)", "- tau - mu)")))
     assert result.correlation_of("tau", "mu") == pytest.approx(1.0)
     assert result.judge(("J",)).both
 
 
 def test_samples_without_a_value_are_left_out(tmp_path: Path) -> None:
     text = PENDULUM.replace("weight*sin(theta)", "weight*sqrt(theta + 0.5)")
-    result = identify_sets(*pendulum(tmp_path, (1.3, 3.1, 7.7), text))
+    result = identify_sets(*pendulum(tmp_path, RATES, text))
     assert any("samples at which a derivative has no value were left out" in n for n in result.found.notes)
     assert np.isfinite(result.found.matrix).all()
 

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from pipeline.rigs.slider_crank import SliderCrankCampaign
-from tests.design.motions import motion, read
+from tests.design.motions import RATES, acceleration_of, motion, read
+from tests.machines.folders import Array, text_of
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.identifiability import identifiability
 from unmodelled.design.advice import advise
@@ -20,32 +21,21 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
+Judged = tuple[System, Identifiability]
 SLIDER_CRANK = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"
 
-OSCILLATOR = """
-schema: system/1
-name: oscillator
-states: {x: {unit: m}, v: {unit: m/s}}
-inputs: {u: {unit: V}}
-outputs: {x: {unit: m}, v: {unit: m/s}}
-parameters:
-  m: {value: 2.0, unit: kg}
-  k: {value: 50.0, unit: N/m}
-  b: {value: 3.0, unit: N s/m}
-  K: {value: 4.0, unit: N/V}
-  spare: {value: 1.0, unit: kg}
-  offset: {value: 0.0, unit: N, bounds: [-4, 4]}
-dynamics: {x: v, v: (K*u - k*x - b*v + offset)/m}
-"""
+OSCILLATOR = text_of("oscillator.yaml")
+
+
+def driven(start: float) -> dict[str, Array]:
+    """A log of the oscillator."""
+    t, x, v, a = motion(RATES, start)
+    return {"t": t, "x": x, "v": v, "u": (2.0 * a + 3.0 * v + 50.0 * x) / 4.0}
 
 
 @pytest.fixture
 def oscillator(tmp_path: Path) -> tuple[System, Logs]:
-    logs = []
-    for start in (0.2, 1.1):
-        t, x, v, a = motion((1.3, 3.1, 7.7), start)
-        logs.append({"t": t, "x": x, "v": v, "u": (2.0 * a + 3.0 * v + 50.0 * x) / 4.0})
-    return read(tmp_path, OSCILLATOR, logs)
+    return read(tmp_path, OSCILLATOR, [driven(0.2), driven(1.1)])
 
 
 @pytest.fixture(scope="module")
@@ -56,12 +46,12 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def slider_crank(bench: Path) -> tuple[System, Identifiability]:
+def slider_crank(bench: Path) -> Judged:
     system = read_system(SLIDER_CRANK)
     return system, identify_sets(system, read_logs(bench, system))
 
 
-def test_the_slider_crank_is_as_the_text_says(slider_crank: tuple[System, Identifiability]) -> None:
+def test_the_slider_crank_is_as_the_text_says(slider_crank: Judged) -> None:
     system, result = slider_crank
     first = sorted(system.p, key=lambda p: -result.norms[str(p)])[:3]
     assert {str(p) for p in first} == {"l1", "J1", "m3"}
@@ -80,9 +70,7 @@ def test_the_slider_crank_is_as_the_text_says(slider_crank: tuple[System, Identi
     assert any(s.startswith("m1 hardly matters") for s in sentences)
 
 
-def test_the_best_sets_come_first_and_have_no_identifiable_superset(
-    slider_crank: tuple[System, Identifiability],
-) -> None:
+def test_the_best_sets_come_first_and_have_no_identifiable_superset(slider_crank: Judged) -> None:
     sets = slider_crank[1].sets
     assert sets[0].maximal
     order = [(not s.maximal, not s.both) for s in sets]
@@ -115,9 +103,8 @@ def test_a_parameter_that_acts_nowhere(oscillator: tuple[System, Logs]) -> None:
     result = identify_sets(*oscillator)
     assert result.norms["spare"] == 0.0
     assert not any("spare" in s.names for s in result.sets)
-    assert "spare has no effect on the derivative of any state: hold it fixed" in advise(
-        oscillator[0], result
-    )
+    told = "spare has no effect on the derivative of any state: hold it fixed"
+    assert told in advise(oscillator[0], result)
     with pytest.raises(BadInput, match="no derivative of a state depends on spare"):
         identify_sets(*oscillator, ["spare"])
 
@@ -125,28 +112,14 @@ def test_a_parameter_that_acts_nowhere(oscillator: tuple[System, Logs]) -> None:
 def test_columns_are_in_units_of_the_parameter_and_the_derivative(oscillator: tuple[System, Logs]) -> None:
     system, logs = oscillator
     result = identify_sets(system, logs)
-    acceleration = np.sqrt(np.mean([motion((1.3, 3.1, 7.7), s)[3] ** 2 for s in (0.2, 1.1)]))
+    acceleration = acceleration_of(RATES)
     stretch = np.sqrt(np.mean(logs.x[:, 0] ** 2))
     assert result.norms["k"] == pytest.approx(50.0 * stretch / 2.0 / acceleration, rel=0.01)
     # a value of zero has no size: half the width of the bounds
     assert result.norms["offset"] == pytest.approx(4.0 / 2.0 / acceleration, rel=0.01)
 
 
-SERVO = """
-schema: system/1
-name: servo
-states: {q: {unit: rad}, w: {unit: rad/s}}
-inputs: {u: {unit: V}}
-outputs: {q: {unit: rad}, w: {unit: rad/s}}
-parameters:
-  n: {value: 350.0, unit: "1"}
-  k: {value: 0.004, unit: N m/A}
-  R: {value: 4.0, unit: ohm}
-  Jm: {value: 2.0e-7, unit: kg m^2}
-  J: {value: 0.01, unit: kg m^2, identify: true, bounds: [0, 0.1]}
-  b: {value: 0.012, unit: N m s/rad, identify: true, bounds: [0, 0.2]}
-dynamics: {q: w, w: (n*k/R*(u - n*k*w) - b*w)/(J + n**2*Jm)}
-"""
+SERVO = text_of("servo.yaml")
 
 
 def test_a_known_gear_ratio_does_not_hide_what_is_to_be_identified(tmp_path: Path) -> None:
@@ -163,9 +136,7 @@ def test_a_state_that_no_output_shows_is_noted(tmp_path: Path) -> None:
     text = OSCILLATOR.replace("v: {unit: m/s}}\ninputs", "v: {unit: m/s}, F: {unit: N}}\ninputs")
     text = text.replace("(K*u - k*x", "(F - k*x").replace("+ offset)/m}", "+ offset)/m, F: (K*u - F)/lag}")
     text = text.replace("  spare: {value: 1.0, unit: kg}", "  lag: {value: 0.1, unit: s}")
-    t, x, v, a = motion((1.3, 3.1, 7.7), 0.2)
-    log = {"t": t, "x": x, "v": v, "u": (2.0 * a + 3.0 * v + 50.0 * x) / 4.0}
-    result = identify_sets(*read(tmp_path, text, [log]))
+    result = identify_sets(*read(tmp_path, text, [driven(0.2)]))
     assert result.norms["lag"] > 0.0
     assert "F: not measured; the result assumes that its derivative is measured" in result.found.notes
 

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.machines.folders import changed, system_of, text_of
 from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
@@ -26,7 +27,6 @@ from unmodelled.effects.scales import Scales, Spread
 from unmodelled.logs.logs import Logs
 from unmodelled.systems import units
 from unmodelled.systems.model import Logged, System
-from unmodelled.systems.reader import read_system
 from unmodelled.systems.units import LoggedUnit, parse_logged
 
 #: Spellings beside those of the unit registry: prefixes, powers, quotients, signs.
@@ -34,17 +34,6 @@ SPELLED = (
     *("mA", "kW", "µV", "mm", "um", "MPa", "mbar", "GHz", "mN m", "kN", "Nm", "mNm", "deg/s", "rpm", "%", ""),
     *("°C", "°F", "mm/s^2", "m/s²", "L/min", "km/h", "1/min", "MW", "count", "-", "mK", "degC/s", "kg mm^2"),
 )
-#: A tank whose inflow and level may be written in any unit.
-TANK = """
-schema: system/1
-name: tank
-states: {h: {unit: m}}
-inputs: {q: {unit: "1"}}
-outputs: {h: {unit: m}}
-operating_point: {load: {unit: "1"}}
-parameters: {a: {value: 1, unit: m/s}, T: {value: 2, unit: s}}
-dynamics: {h: a*q + a*load - h/T}
-"""
 LIMITS = """
 duration: 2
 period: 0.02
@@ -54,6 +43,10 @@ start: {{h: {start!r}}}
 operating_point: {{load: {start!r}}}
 noise: {{h: {noise!r}}}
 """
+
+
+#: Numbers of the limits.
+GIVEN = {"low": -3.0, "high": 12.5, "rate": 40.0, "start": 2.0, "noise": 0.25}
 
 
 def known_units() -> list[str]:
@@ -70,9 +63,7 @@ def known_units() -> list[str]:
 
 @pytest.fixture(scope="module")
 def tank(tmp_path_factory: pytest.TempPathFactory) -> System:
-    file = tmp_path_factory.mktemp("tank") / "tank.yaml"
-    file.write_text(TANK)
-    return read_system(file)
+    return system_of(text_of("loaded_tank.yaml"), tmp_path_factory.mktemp("tank"))
 
 
 def in_unit(system: System, name: str) -> System:
@@ -82,17 +73,12 @@ def in_unit(system: System, name: str) -> System:
     def written(items: Iterable[Any]) -> tuple[Any, ...]:
         return tuple(replace(item, unit=unit.text, logged=logged) for item in items)
 
-    return replace(
-        system,
-        inputs=written(system.inputs),
-        outputs=written(system.outputs),
-        operating_point=written(system.operating_point),
-    )
+    every = ("inputs", "outputs", "operating_point")
+    return replace(system, **{name: written(getattr(system, name)) for name in every})
 
 
 def read(folder: Path, system: System, **numbers: float) -> Limits:
-    given = {"low": -3.0, "high": 12.5, "rate": 40.0, "start": 2.0, "noise": 0.25, **numbers}
-    (folder / "limits.yaml").write_text(LIMITS.format(**given))
+    (folder / "limits.yaml").write_text(LIMITS.format(**{**GIVEN, **numbers}))
     return read_limits(folder / "limits.yaml", system)
 
 
@@ -100,13 +86,10 @@ def to_si(item: Logged, value: float) -> float:
     return value if item.logged is None else float(item.logged.to_si(np.asarray(value)))
 
 
-@pytest.mark.parametrize(
-    "names",
-    [
-        pytest.param((*SPELLED, "degF", "inch"), id="usual"),
-        pytest.param(known_units(), marks=pytest.mark.long, id="all"),
-    ],
-)
+USUAL = pytest.param((*SPELLED, "degF", "inch"), id="usual")
+
+
+@pytest.mark.parametrize("names", [USUAL, pytest.param(known_units(), marks=pytest.mark.long, id="all")])
 def test_every_unit_is_written_within_its_limits(tank: System, tmp_path: Path, names: Sequence[str]) -> None:
     assert {"mA", "°C", "degF", "%", "count"} <= set(names) and len(set(names)) >= 30
     z = np.random.default_rng(0).random((1, FAMILIES[0].size))
@@ -161,18 +144,15 @@ def test_an_experiment_in_wrong_units_is_not_kept(
 
 
 @pytest.mark.parametrize(
-    ("column", "message"),
-    [
-        ([0.0, 13.0, 0.0], r"row 3: column q: 13 % is beyond the limits -3 to 12.5 %"),
-        ([0.0, 9.0, 0.0], "faster"),
-    ],
+    ("most", "message"),
+    [(13.0, r"row 3: column q: 13 % is beyond the limits -3 to 12.5 %"), (9.0, "faster")],
 )
 def test_a_given_experiment_must_keep_the_limits(
-    tank: System, tmp_path: Path, column: list[float], message: str
+    tank: System, tmp_path: Path, most: float, message: str
 ) -> None:
     system = in_unit(tank, "%")
     limits = read(tmp_path, system)
-    pd.DataFrame({"t": [0.0, 0.1, 0.2], "q": column}).to_csv(tmp_path / "mine.csv", index=False)
+    pd.DataFrame({"t": [0.0, 0.1, 0.2], "q": [0.0, most, 0.0]}).to_csv(tmp_path / "mine.csv", index=False)
     with pytest.raises(BadInput, match=message):
         read_inputs(tmp_path / "mine.csv", system, limits)
 
@@ -184,15 +164,10 @@ def test_a_given_experiment_must_keep_the_limits(
 def test_a_number_that_no_experiment_has_is_one_line(
     tank: System, tmp_path: Path, name: str, value: str
 ) -> None:
-    text = LIMITS.format(low=-3.0, high=12.5, rate=40.0, start=2.0, noise=0.25)
-    old = {
-        "duration": "duration: 2",
-        "period": "period: 0.02",
-        "rate": "rate: 40.0",
-        "noise": "noise: {h: 0.25}",
-    }
-    new = old[name].partition(": ")[0] + ": " + (f"{{h: {value}}}" if name == "noise" else value)
-    (tmp_path / "limits.yaml").write_text(text.replace(old[name], new))
+    text = LIMITS.format(**GIVEN)
+    old = {"duration": "2", "period": "0.02", "rate": "40.0", "noise": "{h: 0.25}"}[name]
+    new = f"{{h: {value}}}" if name == "noise" else value
+    (tmp_path / "limits.yaml").write_text(changed(text, (f"{name}: {old}", f"{name}: {new}")))
     with pytest.raises(BadInput) as error:
         read_limits(tmp_path / "limits.yaml", in_unit(tank, "mA"))
     line = str(error.value)
@@ -206,8 +181,8 @@ def test_the_start_is_within_the_travel_in_the_unit_of_the_column(tank: System, 
 
 
 def test_a_temperature_without_a_start_is_asked_for(tank: System, tmp_path: Path) -> None:
-    text = LIMITS.format(low=-3.0, high=12.5, rate=40.0, start=2.0, noise=0.25)
-    (tmp_path / "limits.yaml").write_text(text.replace("start: {h: 2.0}", ""))
+    text = changed(LIMITS.format(**GIVEN), ("start: {h: 2.0}", ""))
+    (tmp_path / "limits.yaml").write_text(text)
     with pytest.raises(BadInput, match=r"h has no start: add start: \{h: ...\} \(degC\)"):
         read_limits(tmp_path / "limits.yaml", in_unit(tank, "degC"))
     assert read_limits(tmp_path / "limits.yaml", tank).start == {}
@@ -230,19 +205,6 @@ def test_limits_in_another_unit_than_the_logs_are_a_note(tank: System, tmp_path:
     assert "the limits of q are 291 to 297 degC, the logs have 20 to 21: check their unit" in note
 
 
-ROOM = """
-schema: system/1
-name: room
-states: {T: {unit: K}}
-inputs:
-  P: {unit: kW}
-  T_out: {unit: degC}
-  valve: {unit: "%"}
-outputs: {T: {unit: degC, column: room}}
-parameters: {C: {value: 2.0e4, unit: J/K}, G: {value: 20, unit: W/K}, Q: {value: 300, unit: W}}
-ports: {wall: {effort: q, unit: W, position: T, kind: balance}}
-dynamics: {T: (P + Q*valve - G*(T - T_out) - q)/C}
-"""
 OF_THE_ROOM = """
 duration: 400
 period: 4
@@ -254,9 +216,8 @@ noise: {T: 0.02}
 
 
 def test_planned_experiments_are_written_in_the_units_of_the_user(tmp_path: Path) -> None:
-    (tmp_path / "room.yaml").write_text(ROOM)
+    system = system_of(text_of("heated_room.yaml"), tmp_path)
     (tmp_path / "limits.yaml").write_text(OF_THE_ROOM)
-    system = read_system(tmp_path / "room.yaml")
     limits = read_limits(tmp_path / "limits.yaml", system)
     for name, u in default_inputs(system, limits, 0).items():
         write_experiment(u, system, limits, tmp_path / f"{name}.csv")
@@ -269,9 +230,9 @@ def test_planned_experiments_are_written_in_the_units_of_the_user(tmp_path: Path
 def test_a_plan_is_written_and_told_in_the_units_of_the_user(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "room.yaml").write_text(ROOM)
+    system = system_of(text_of("heated_room.yaml"), tmp_path)
     (tmp_path / "limits.yaml").write_text(OF_THE_ROOM)
-    plan_verb(tmp_path / "room.yaml", tmp_path / "limits.yaml", None, tmp_path / "out")
+    plan_verb(tmp_path / "system.yaml", tmp_path / "limits.yaml", None, tmp_path / "out")
     said = capsys.readouterr().out
     assert "P 0 to 3 kW, at most 0.5 kW/s; T_out 18 to 22 degC, at most 0.1 degC/s; valve −90 to 90 %" in said
     files = sorted((tmp_path / "out" / "experiments").glob("*.csv"))
@@ -282,17 +243,14 @@ def test_a_plan_is_written_and_told_in_the_units_of_the_user(
         assert table["valve"].between(-90.0, 90.0).all()
         assert table["T_out"].diff().abs().max() <= 0.1 * 4 + 1e-6
     assert max(pd.read_csv(file)["valve"].abs().max() for file in files) > 20.0
-    found = plan(
-        read_system(tmp_path / "room.yaml"), tmp_path / "limits.yaml", tmp_path / "out" / "experiments"
-    )
+    found = plan(system, tmp_path / "limits.yaml", tmp_path / "out" / "experiments")
     assert found.content["start"] == {"T": {"value": 20.0, "unit": "degC"}}
     assert found.content["noise"] == {"T": {"value": 0.02, "unit": "degC"}}
 
 
 def test_a_size_that_shows_is_told_in_the_units_of_the_logs(tmp_path: Path) -> None:
     """An offset of the valve in percent, and the play of a screw from stop to stop in mm."""
-    (tmp_path / "room.yaml").write_text(ROOM)
-    system = read_system(tmp_path / "room.yaml")
+    system = system_of(text_of("heated_room.yaml"), tmp_path)
     scales = Scales(
         {"T": Spread(290.0, 300.0, 295.0), **{i.name: Spread(0.0, 1.0, 0.5) for i in system.inputs}},
         *({"T": Spread(290.0, 300.0, 295.0)}, {"wall": 50.0}, {"wall": 0.0}, 4.0, 400.0),

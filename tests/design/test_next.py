@@ -5,16 +5,14 @@ from __future__ import annotations
 import copy
 import json
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
-from tests.machines.folders import write_runs
+from tests.machines.folders import Array, motion, read_case, system_of, text_of, write_runs
 from unmodelled.api.next_experiment import NextExperiment, planned
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
@@ -22,22 +20,8 @@ from unmodelled.design.checked import check_answer
 from unmodelled.design.content import sentences
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.answer.summary import SCHEMA
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 MASS, DAMPING, FORCE, NOISE, PERIOD = 2.0, 0.5, 0.3, 1e-4, 0.02
-SYSTEM = f"""
-schema: system/1
-name: cart
-states: {{x: {{unit: m}}, v: {{unit: m/s}}}}
-inputs: {{force: {{unit: N}}}}
-outputs: {{x: {{unit: m}}, v: {{unit: m/s}}}}
-parameters: {{m: {{value: {MASS}, unit: kg}}, b: {{value: {DAMPING}, unit: N s/m}}}}
-ports: {{rail: {{effort: f, unit: N, position: x, velocity: v}}}}
-dynamics: {{x: v, v: (force - b*v - f)/m}}
-"""
 LIMITS = """
 duration: 2
 inputs: {force: {low: -1.5, high: 2, rate: 20}}
@@ -45,29 +29,26 @@ travel: {x: {low: -0.3, high: 0.3}}
 """
 
 
-def motion(force: Array, friction: bool, v: float = 0.0) -> Array:
-    """Position (m) and speed (m/s) of the cart by fine semi-implicit Euler steps, with friction or a load."""
-    x, rows = 0.0, [(0.0, v)]
-    for left, right in pairwise(force):
-        for k in range(50):
-            drive = left + (right - left) * (k + 0.5) / 50
-            law = FORCE * np.tanh(v / 0.01) if friction else FORCE
-            v += PERIOD / 50 * (drive - DAMPING * v - law) / MASS
-            x += PERIOD / 50 * v
-        rows.append((x, v))
-    return np.array(rows)
+def moved(force: Array, friction: bool, v: float = 0.0) -> Array:
+    """Position (m) and speed (m/s) of the cart, with friction or a load."""
+
+    def rates(x: Array, u: Array) -> list[float]:
+        law = FORCE * np.tanh(x[1] / 0.01) if friction else FORCE
+        return [x[1], (u - DAMPING * x[1] - law) / MASS]
+
+    return motion(rates, [0.0, v], force, PERIOD)
 
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """System, limits, logs of forward motion only, and an answer that cannot tell a load from friction."""
     folder = tmp_path_factory.mktemp("cart")
-    (folder / "cart.yaml").write_text(SYSTEM)
+    system_of(text_of("cart.yaml"), folder)
     (folder / "limits.yaml").write_text(LIMITS)
     rng, t, tables = np.random.default_rng(0), PERIOD * np.arange(150), []
     for k in range(4):
         force = 1.0 + 0.4 * np.sin((2.0 + k) * t)
-        y = motion(force, True, 0.5) + rng.normal(0.0, NOISE, (150, 2))
+        y = moved(force, True, 0.5) + rng.normal(0.0, NOISE, (150, 2))
         tables.append({"t": t, "force": force, "x": y[:, 0], "v": y[:, 1]})
     write_runs(folder / "logs", tables)
     errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4}
@@ -89,9 +70,8 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def proposed(case: Path, seed: int = 0, limits: Path | None = None, **changed: Any) -> NextExperiment:
-    system = read_system(case / "cart.yaml")
     answer = {**json.loads((case / "answer" / "diagnosis.json").read_text()), **changed}
-    return planned(system, read_logs(case / "logs", system), answer, limits or case / "limits.yaml", seed)
+    return planned(*read_case(case), answer, limits or case / "limits.yaml", seed)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +81,7 @@ def found(case: Path) -> NextExperiment:
 
 def gap(force: Array) -> float:
     """Root mean square gap of the positions (m) with a load and with friction."""
-    return float(np.sqrt(np.mean((motion(force, True) - motion(force, False))[:, 0] ** 2)))
+    return float(np.sqrt(np.mean((moved(force, True) - moved(force, False))[:, 0] ** 2)))
 
 
 def test_laws_that_are_alike_on_the_logs_are_told_apart(found: NextExperiment) -> None:
@@ -111,7 +91,7 @@ def test_laws_that_are_alike_on_the_logs_are_told_apart(found: NextExperiment) -
     assert odds["proposed"] >= np.nanmax([0.5, odds["chirp"], odds["random"]])
     limits = found.design.criterion.limits
     chirps = references(limits, 0)["chirp"][:, :, 0]
-    inside = [u for u in chirps if all(np.abs(motion(u, f)[:, 0]).max() <= 0.3 for f in (True, False))]
+    inside = [u for u in chirps if all(np.abs(moved(u, f)[:, 0]).max() <= 0.3 for f in (True, False))]
     assert inside and gap(force) > max(100.0 * NOISE, gap(inside[0]))
 
 
@@ -120,7 +100,7 @@ def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:
     assert -1.5 <= force.min() < force.max() <= 2.0
     assert np.abs(np.diff(force)).max() <= 20.0 * PERIOD + 1e-9
     for friction in (True, False):
-        assert np.abs(motion(force, friction)[:, 0]).max() <= 0.3 * 1.02
+        assert np.abs(moved(force, friction)[:, 0]).max() <= 0.3 * 1.02
 
 
 @pytest.mark.long
@@ -128,7 +108,7 @@ def test_the_verb_writes_the_experiment_of_the_seed(
     case: Path, found: NextExperiment, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = case / "out"
-    next_verb(case / "cart.yaml", case / "logs", case / "answer", case / "limits.yaml", out)
+    next_verb(case / "system.yaml", case / "logs", case / "answer", case / "limits.yaml", out)
     assert "tells" in capsys.readouterr().out
     pd.testing.assert_frame_equal(pd.read_csv(out / "experiment.csv"), found.table(), atol=1e-8)
     assert json.loads((out / "next.json").read_text()) == json.loads(json.dumps(found.content))
@@ -165,7 +145,7 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
     limits = tmp_path / "limits.yaml"
     limits.write_text(LIMITS.replace(old, new))
     with pytest.raises(BadInput, match=message) as error:
-        next_verb(case / "cart.yaml", case / "logs", case / "answer", limits, tmp_path / "out")
+        next_verb(case / "system.yaml", case / "logs", case / "answer", limits, tmp_path / "out")
     assert "\n" not in str(error.value) and str(limits) in str(error.value)
     assert not (tmp_path / "out").exists()
 
@@ -226,8 +206,7 @@ WRONG: tuple[Any, ...] = (..., None, "x", "", -1, 0, 1e308, [], {}, True, [1], {
 
 
 def test_an_edited_answer_is_one_line(case: Path, answer: dict[str, Any]) -> None:
-    system = read_system(case / "cart.yaml")
-    logs = read_logs(case / "logs", system)
+    system, logs = read_case(case)
     refused = 0
     for place in edits(answer):
         for value in WRONG:
@@ -256,8 +235,7 @@ def test_an_edited_answer_is_one_line(case: Path, answer: dict[str, Any]) -> Non
 def test_an_edit_is_named(
     case: Path, answer: dict[str, Any], place: tuple[Any, ...], value: Any, message: str
 ) -> None:
-    system = read_system(case / "cart.yaml")
-    logs = read_logs(case / "logs", system)
+    system, logs = read_case(case)
     if not message:
         check_answer(system, logs, edited(answer, place, value))
         return
@@ -289,7 +267,7 @@ def test_the_answer_says_where_its_system_and_logs_are(
 
     monkeypatch.setattr("unmodelled.api.answer.read_inputs", stop)
     content = json.loads((case / "answer" / "diagnosis.json").read_text())
-    limits, system, logs = case / "limits.yaml", case / "cart.yaml", case / "logs"
+    limits, system, logs = case / "limits.yaml", case / "system.yaml", case / "logs"
 
     def run(**sources: Any) -> str:
         (tmp_path / "answer").mkdir(exist_ok=True)

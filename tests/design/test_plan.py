@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.machines.folders import system_of, text_of
 from unmodelled.api.plan import Plan, plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
@@ -21,16 +22,7 @@ from unmodelled.systems.reader import read_system
 
 ROOT = Path(__file__).parents[2]
 MASS, NOISE, PERIOD, DURATION = 2.0, 1e-3, 0.02, 4.0
-SYSTEM = """
-schema: system/1
-name: cart
-states: {x: {unit: m}, v: {unit: m/s}}
-inputs: {force: {unit: N}}
-outputs: {x: {unit: m}, v: {unit: m/s}}
-parameters: {m: {value: 2, unit: kg}, b: {value: 0.5, unit: N s/m}}
-ports: {rail: {effort: f, unit: N, position: x, velocity: v}}
-dynamics: {x: v, v: (force - b*v - f)/m}
-"""
+SYSTEM = text_of("cart.yaml")
 LIMITS = f"""
 duration: {DURATION}
 period: {PERIOD}
@@ -44,7 +36,7 @@ noise: {{x: {NOISE}, v: {NOISE}}}
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """System, limits, and two planned experiments: forward motion only, and motion to and fro."""
     folder = tmp_path_factory.mktemp("cart")
-    (folder / "cart.yaml").write_text(SYSTEM)
+    system_of(SYSTEM, folder)
     (folder / "limits.yaml").write_text(LIMITS)
     t = PERIOD * np.arange(round(DURATION / PERIOD) + 1)
     forces = {"forward": 1.0 + 0.4 * np.sin(3.0 * t), "to_and_fro": 1.5 * np.cos(2.5 * t)}
@@ -54,10 +46,9 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def planned(case: Path, inputs: str | None = None, system: str = SYSTEM, limits: str = LIMITS) -> Plan:
-    (case / "other.yaml").write_text(system)
     (case / "other_limits.yaml").write_text(limits)
     given = None if inputs is None else case / f"{inputs}.csv"
-    return plan(read_system(case / "other.yaml"), case / "other_limits.yaml", given)
+    return plan(system_of(system, case / "other"), case / "other_limits.yaml", given)
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +120,7 @@ def test_the_verb_plans_experiments_within_the_limits(
     case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "plan"
-    plan_verb(case / "cart.yaml", case / "limits.yaml", None, out)
+    plan_verb(case / "system.yaml", case / "limits.yaml", None, out)
     said = capsys.readouterr().out
     assert "shows from" in said and "Coulomb friction at rail" in said
     content = json.loads((out / "plan.json").read_text())
@@ -137,13 +128,13 @@ def test_the_verb_plans_experiments_within_the_limits(
     assert table["effect"].tolist() == [entry["label"] for entry in content["effects"]]
     files = sorted((out / "experiments").glob("*.csv"))
     assert len(files) == len(content["experiments"]) >= 8
-    limits, system = read_limits(case / "limits.yaml", read_system(case / "cart.yaml")), case / "cart.yaml"
+    system = read_system(case / "system.yaml")
+    limits = read_limits(case / "limits.yaml", system)
     for file in files:
         force = pd.read_csv(file)["force"]
         assert force.between(-1.5, 2.0).all() and force.diff().abs().max() <= 20.0 * PERIOD + 1e-6
-    logs = simulated_logs(
-        {f.stem: pd.read_csv(f)[["force"]].to_numpy() for f in files}, read_system(system), limits, 1
-    )
+    inputs = {file.stem: pd.read_csv(file)[["force"]].to_numpy() for file in files}
+    logs = simulated_logs(inputs, system, limits, 1)
     assert np.abs(logs.y[:, 0]).max() <= 1.0 + 5.0 * NOISE
 
 
@@ -172,7 +163,7 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
     limits = tmp_path / "limits.yaml"
     limits.write_text(LIMITS.replace(old, new))
     with pytest.raises(BadInput, match=message) as error:
-        plan_verb(case / "cart.yaml", limits, None, tmp_path / "out")
+        plan_verb(case / "system.yaml", limits, None, tmp_path / "out")
     assert "\n" not in str(error.value) and str(limits) in str(error.value)
     assert not (tmp_path / "out").exists()
 
@@ -188,7 +179,7 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
 def test_bad_inputs_are_one_line(case: Path, tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "run.csv").write_text(text)
     with pytest.raises(BadInput, match=message):
-        plan_verb(case / "cart.yaml", case / "limits.yaml", tmp_path / "run.csv", tmp_path / "out")
+        plan_verb(case / "system.yaml", case / "limits.yaml", tmp_path / "run.csv", tmp_path / "out")
     with pytest.raises(BadInput, match="holds no CSV file"):
         (tmp_path / "empty").mkdir()
-        plan_verb(case / "cart.yaml", case / "limits.yaml", tmp_path / "empty", tmp_path / "out")
+        plan_verb(case / "system.yaml", case / "limits.yaml", tmp_path / "empty", tmp_path / "out")

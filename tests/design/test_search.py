@@ -8,14 +8,12 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.machines.folders import Array
 from unmodelled.design.criterion import Criterion
 from unmodelled.design.limits import Limits, Range
 from unmodelled.design.search import best_experiment
 from unmodelled.design.signals import references
-
-Array = NDArray[np.float64]
 
 WRITTEN = (Range(-3.0, 5.0, 400.0), Range(-1.0, 1.0))
 LIMITS = Limits(Path("limits.yaml"), 2.0, 0.02, WRITTEN, WRITTEN, {}, {}, {}, {})

@@ -2,58 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tests.machines.folders import logs_of, system_of
+from tests.machines.folders import Array, changed, logs_of, motion, system_of, text_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-
 PERIOD = 0.002
-TEXT = """
-schema: system/1
-name: pendulum
-states:
-  theta: {unit: rad}
-  omega: {unit: rad/s}
-inputs:
-  torque: {unit: N m}
-outputs:
-  theta: {unit: rad}
-parameters:
-  J: {value: 0.02, unit: kg m^2}
-  b: {value: 0.03, unit: N m s/rad, identify: true, bounds: [0, 0.1]}
-  mgl: {value: 0.9, unit: N m, identify: true, bounds: [0.2, 5]}
-ports:
-  joint: {effort: tau, unit: N m, position: theta, velocity: omega}
-dynamics:
-  theta: omega
-  omega: (torque - b*omega - mgl*sin(theta) - tau)/J
-"""
-FRICTION = (
-    ("velocity: omega}", "velocity: omega, law: F_c*tanh(omega/creep)}"),
-    (
-        "ports:",
-        "  F_c: {value: 0.0, unit: N m, identify: true, bounds: [0, 1]}\n"
-        "  creep: {value: 0.05, unit: rad/s}\nports:",
-    ),
-)
+TEXT = text_of("pendulum.yaml")
+NUMBERS = """  F_c: {value: 0.0, unit: N m, identify: true, bounds: [0, 1]}
+  creep: {value: 0.05, unit: rad/s}
+ports:"""
+FRICTION = (("velocity: omega}", "velocity: omega, law: F_c*tanh(omega/creep)}"), ("ports:", NUMBERS))
 
 
 def pendulum(folder: Path, *changes: tuple[str, str], text: str = TEXT) -> System:
     """The system of `TEXT`, which knows no friction unless `FRICTION` changes it."""
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    folder.mkdir(parents=True, exist_ok=True)
-    return system_of(text, folder)
+    return system_of(changed(text, *changes), folder)
 
 
 @dataclass(frozen=True)
@@ -88,6 +56,11 @@ class Bench:
     samples: int = 500
     seed: int = 0
 
+    def recorded(self, folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
+        """The system with changes, which is written to `folder`, and the logs."""
+        system = pendulum(folder, *changes)
+        return system, self.logs(folder / "logs", system)
+
     def logs(self, folder: Path, system: System) -> Logs:
         """Written as a log folder and read back."""
         rng = np.random.default_rng(self.seed)
@@ -96,10 +69,9 @@ class Bench:
         phase, rate = rng.uniform(0.0, 6.0, self.runs), np.linspace(3.0, 9.0, self.runs)
         u = 0.7 * np.sin(rate * t[:, None] + phase) + 0.3 * np.sin(2.3 * rate * t[:, None])
         start = np.stack([rng.uniform(-0.8, 0.8, self.runs), *np.zeros((2, self.runs))])
-        theta = integrated(self.rates, start, u)[:, 0]
-        shown = self.gain * theta[: self.samples] + self.noise * rng.standard_normal(
-            (self.samples, self.runs)
-        )
+        theta = motion(self.rates, start, u, PERIOD)[:, 0]
+        noise = self.noise * rng.standard_normal((self.samples, self.runs))
+        shown = self.gain * theta[: self.samples] + noise
         shown[self.samples // 3 :] -= self.missed
         tables = [
             {"t": t[: self.samples], "theta": angle, "torque": torque}
@@ -119,25 +91,8 @@ class Bench:
         return np.stack([*rates, *((theta - z) / time for z in memory)])
 
 
-def integrated(rates: Callable[[Array, Array], Array], x: Array, u: Array, substeps: int = 4) -> Array:
-    """States (samples, states, runs) by Runge and Kutta's method; u (samples, runs) runs straight between."""
-    path, h = [x], PERIOD / substeps
-    for before, after in pairwise(u):
-        for s in range(substeps):
-            a, m, b = (before + (s + share) / substeps * (after - before) for share in (0.0, 0.5, 1.0))
-            k1 = rates(x, a)
-            k2 = rates(x + 0.5 * h * k1, m)
-            k3 = rates(x + 0.5 * h * k2, m)
-            x = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + rates(x + h * k3, b))
-        path.append(x)
-    return np.array(path)
-
-
 def exact(system: System) -> System:
     """The system with the truth of `Bench`, where it has the parameters."""
     truth = Bench()
     known = {"b": truth.b, "mgl": truth.mgl, "F_c": truth.friction, "creep": truth.creep}
-    values = {p.name: known.get(p.name, p.value) for p in system.parameters}
-    return replace(
-        system, parameters=tuple(replace(p, value=float(values[p.name])) for p in system.parameters)
-    )
+    return system.with_values({p.name: float(known.get(p.name, p.value)) for p in system.parameters})

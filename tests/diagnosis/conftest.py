@@ -8,10 +8,9 @@ import pytest
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from tests.diagnosis.benches import pendulum
-from unmodelled.logs.folder import read_logs
+from tests.machines.folders import read_case
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 Known = tuple[System, Logs]
@@ -41,9 +40,9 @@ def slider_crank(tmp_path_factory: pytest.TempPathFactory) -> Known:
         ("\nsignals:\n", CRANK_LAW),
         ("omega: (T - B_m", "omega: (drive - B_m"),
     )
-    system = pendulum(folder, *changes, text=(SYSTEMS / "slider_crank.yaml").read_text())
+    pendulum(folder, *changes, text=(SYSTEMS / "slider_crank.yaml").read_text())
     SliderCrankCampaign(spring=False, profiles=[3, 5, 8], samples=600).write(folder / "logs", 0)
-    return system, read_logs(folder / "logs", system)
+    return read_case(folder)
 
 
 @pytest.fixture(scope="session")
@@ -56,6 +55,6 @@ def pendulum_bench(tmp_path_factory: pytest.TempPathFactory) -> Known:
         ("ports:", f"  creep: {{value: {rig.creep}, unit: rad/s}}\nports:"),
         ("value: 0.01,", f"value: {rig.damping},"),
     )
-    system = pendulum(folder, *changes, text=(SYSTEMS / "pendulum.yaml").read_text())
+    pendulum(folder, *changes, text=(SYSTEMS / "pendulum.yaml").read_text())
     rig.write(folder / "logs", 0)
-    return system, read_logs(folder / "logs", read_system(folder / "system.yaml"))
+    return read_case(folder)

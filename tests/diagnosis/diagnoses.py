@@ -7,23 +7,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from tests.diagnosis.benches import Bench, pendulum
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import HORIZON, effect, judged, scales_of
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import extended, in_columns
-from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
-from unmodelled.effects.scales import Scales
-from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Constant, Parameter, System
 
-JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
-HORIZON = 0.1
 HELD_OUT = (1, 3)
 
 
@@ -40,20 +34,15 @@ class Said:
 
 def known(folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
     """`folder`/system.yaml and `folder`/logs: four short experiments in two groups."""
-    system = pendulum(folder, *changes)
-    Bench(samples=150, runs=4).logs(folder / "logs", system)
-    table = pd.read_csv(folder / "logs" / "experiments.csv").assign(group=["new", "old", "old", "new"])
-    table.to_csv(folder / "logs" / "experiments.csv", index=False)
-    return system, read_logs(folder / "logs", system)
+    return Bench(samples=150, groups=("new", "old", "old", "new")).recorded(folder, *changes)
 
 
 def added_to(system: System, logs: Logs, said: Sequence[Said]) -> list[Added]:
     """The effects one after the other."""
-    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    scales = scales_of(system, logs)
     found: list[Added] = []
     for s in said:
-        (effect,) = (e for e in effects() if (e.family, e.variant) == (s.family, s.variant))
-        found.append(effect.add(system, s.place, scales))
+        found.append(effect(s.family, s.variant).add(system, s.place, scales))
         system = found[-1].system
     return found
 
@@ -63,15 +52,14 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
     found = added_to(system, logs, said)
     for a, s in zip(found, said, strict=True):
         assert {*s.numbers, *s.own} <= {*a.amplitudes, *a.shapes}
-    grown = with_numbers(
-        found[-1].system if found else system, found, {k: v for s in said for k, v in s.numbers.items()}
-    )
+    numbers = {k: v for s in said for k, v in s.numbers.items()}
+    grown = with_numbers(found[-1].system if found else system, found, numbers)
     late = replace(grown, inputs=tuple(replace(i, delay=i.delay + timing) for i in grown.inputs))
     own = {name: values for s in said for name, values in s.own.items()}
     columns = {name: column for a in found for name, column in a.columns.items()}
     spread = in_columns(late, [_constant(p, logs, own[p.name]) for p in late.parameters if p.name in own])
     seen = prepare(spread, extended(logs, {**columns, **own}))  # type: ignore[dict-item]
-    return JudgedModel("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
+    return judged("augmented", spread, seen, HELD_OUT)
 
 
 def _constant(parameter: Parameter, logs: Logs, own: Sequence[float]) -> Constant:
@@ -82,14 +70,13 @@ def _constant(parameter: Parameter, logs: Logs, own: Sequence[float]) -> Constan
 def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
     """What a diagnosis of the pendulum would say if the effects were `said`."""
     estimates = {"b": Estimate("N m s/rad", 0.03, 0.0151, (0.0149, 0.0153))}
-    return replace(
-        told(*known(folder), *said, timing=timing), parameters=estimates, notes=("theta was unwrapped",)
-    )
+    found = told(*known(folder), *said, timing=timing)
+    return replace(found, parameters=estimates, notes=("theta was unwrapped",))
 
 
 def told(system: System, logs: Logs, *said: Said, timing: float = 0.0) -> Diagnosis:
     """What a diagnosis of any system would say if the effects were `said`; four or more experiments."""
-    before = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, HELD_OUT))
+    before = judged("known", system, logs, HELD_OUT)
     after, found = augmented(system, logs, said, timing), added_to(system, logs, said)
     results = tuple(_found(logs, a, s) for a, s in zip(found, said, strict=True))
     return Diagnosis(

@@ -6,40 +6,26 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from tests.diagnosis.benches import Bench, pendulum
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import HORIZON, JOINT, effect, judged, scales_of
+from unmodelled.diagnosis.data import result
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.result import (
-    Compared,
-    DiagnosedEffect,
-    Diagnosis,
-    Estimate,
-    JudgedModel,
-    Verdict,
-)
+from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
 from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.effects.coulomb_friction import CoulombFriction
-from unmodelled.effects.place import Place
-from unmodelled.effects.scales import Scales
-from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
-JOINT = Place("port", "joint")
-HORIZON = 0.1
 BENCH = Bench(runs=6, samples=600)
 
 
-def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") -> Diagnosis:
+def friction(folder: Path, bench: Bench = BENCH, verdict: result.Verdict = "effect") -> Diagnosis:
     """Of the pendulum with dry friction that its file does not have; named where the verdict is an effect."""
-    system = pendulum(folder)
-    logs = bench.logs(folder / "logs", system)
+    system, logs = bench.recorded(folder)
     held = tuple(range(0, len(logs), 3))
-    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
-    added = CoulombFriction().add(system, JOINT, scales)
-    other = ViscousFriction().add(system, JOINT, scales)
+    scales = scales_of(system, logs)
+    added, other = (effect(f).add(system, JOINT, scales) for f in ("coulomb_friction", "viscous_friction"))
     before, base = _fitted("re-identified", system, logs, held)
     after, best = _fitted("with coulomb_friction at joint", added.system, logs, held)
     named, chance = verdict == "effect", (0.9, 1.0)
@@ -53,7 +39,7 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
         *(system, logs, HORIZON, 0, verdict, 0.94, 0.0156),
         effects=(DiagnosedEffect(added, estimates, {}, 0.97, shrink, chance, (other,)),) if named else (),
         remainder=None,
-        known=JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held)),
+        known=judged("known", system, logs, held),
         reidentified=before,
         augmented=last,
         neural=replace(after, label="neural"),
@@ -79,7 +65,7 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
 def as_given(system: System, logs: Logs) -> Diagnosis:
     """What there is to say of a system that nothing was fitted of."""
     held = (0,)
-    model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held))
+    model = judged("known", system, logs, held)
     return Diagnosis(
         *(system, logs, HORIZON, 0, "unknown", 0.5, 1.0, (), None, model, model, model, model, (model,)),
         *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
@@ -91,4 +77,4 @@ def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tupl
     found = fit_parameters(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)
     seen = prepare(known, logs)
-    return JudgedModel(label, known, seen, free_runs(known, seen, HORIZON, held)), found
+    return judged(label, known, seen, held), found

@@ -8,22 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from tests.diagnosis.benches import pendulum
-from tests.machines.folders import write_runs
+from tests.diagnosis.studies import scales_of
+from tests.machines.folders import Array, changed, motion, system_of, text_of, write_runs
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import in_columns
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
-from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import Constant, System
 from unmodelled.systems.numeric import numpy_system_function
 
-Array = NDArray[np.float64]
-
-PERIOD, RUNS, SAMPLES, SUBSTEPS = 0.005, 4, 240, 4
+PERIOD, RUNS, SAMPLES = 0.005, 4, 240
 #: SI, the effort that is planted at the port; the noise of angle and speed, or of the level.
 EFFORT, NOISE = 0.15, (2e-5, 2e-4)
 #: rad/s, of the torque in the first and the last run. A stop must be reached in several runs: what one run
@@ -34,76 +30,15 @@ OWN = (1.2, -3.0, 4.5, -1.5)
 IDS = tuple(f"run{k}" for k in range(RUNS))
 #: Groups that take turns; what acts at a level only is planted in the last one, and needs more runs.
 GROUPS, GROUPED = ("old", "new"), tuple(f"run{k}" for k in range(2 * RUNS))
-TEXT = """
-schema: system/1
-name: pendulum
-states: {theta: {unit: rad}, omega: {unit: rad/s}}
-inputs: {torque: {unit: N m}}
-outputs: {theta: {unit: rad}, omega: {unit: rad/s}}
-parameters:
-  b: {value: 0.03, unit: N m s/rad}
-  J: {value: 0.02, unit: kg m^2}
-  mgl: {value: 0.4, unit: N m, identify: true, bounds: [0.1, 2]}
-ports: {joint: {effort: tau, unit: N m, position: theta, velocity: omega}}
-dynamics: {theta: omega, omega: (torque - b*omega - mgl*sin(theta) - tau)/J}
-"""
-#: A balance; nothing of it is measured but its level.
-VESSEL = """
-schema: system/1
-name: vessel
-states: {h: {unit: m}}
-inputs: {flow: {unit: m^3/s}}
-outputs: {h: {unit: m}}
-parameters:
-  k: {value: 1.0, unit: m^2/s}
-  q_in: {value: 1.5, unit: m^3/s}
-  A: {value: 0.3, unit: m^2, identify: true, bounds: [0.1, 1]}
-ports: {bottom: {effort: q, unit: m^3/s, position: h}}
-dynamics: {h: (q_in + flow - k*h - q)/A}
-"""
-ROOM = """
-schema: system/1
-name: room
-states: {T: {unit: K}}
-inputs: {P: {unit: W}}
-outputs: {T: {unit: K}}
-parameters:
-  k: {value: 1.0, unit: W/K}
-  P_0: {value: 1.5, unit: W}
-  C: {value: 0.3, unit: W s/K, identify: true, bounds: [0.1, 1]}
-ports: {air: {effort: q, unit: W, position: T}}
-dynamics: {T: (P_0 + P - k*T - q)/C}
-"""
-#: Its equations use neither the fan nor the temperature outdoors.
-BED = ROOM.replace("inputs: {P: {unit: W}}", "inputs: {P: {unit: W}, fan: {unit: '1'}, T_out: {unit: K}}")
-COIL = """
-schema: system/1
-name: coil
-states: {i: {unit: A}}
-inputs: {u: {unit: V}}
-outputs: {i: {unit: A}}
-parameters:
-  R: {value: 1.0, unit: ohm}
-  L: {value: 0.3, unit: H, identify: true, bounds: [0.1, 1]}
-ports: {winding: {effort: e, unit: V, velocity: i}}
-dynamics: {i: (u - R*i - e)/L}
-"""
-#: Its voltage follows the current at once.
-CELL = """
-schema: system/1
-name: cell
-states: {q: {unit: A s}}
-inputs: {i: {unit: A}}
-outputs: {v: {unit: V, expression: 3.6 - q/C - R*i}}
-parameters:
-  C: {value: 2.0, unit: A s/V}
-  R: {value: 0.5, unit: ohm, identify: true, bounds: [0.1, 1]}
-ports: {charge: {effort: i_x, unit: A, position: q}}
-dynamics: {q: i - i_x}
-"""
 #: Two bodies with a spring between them, soft enough for the slow motion of the runs.
-COUPLING = (
-    Path("systems/coupling.yaml").read_text().replace("value: 40", "value: 4").replace("[10, 100]", "[1, 10]")
+SOFT = ("value: 40", "value: 4"), ("[10, 100]", "[1, 10]")
+#: A bed, whose equations use neither the fan nor the temperature outdoors.
+IDLE = ("inputs: {P: {unit: W}}", "inputs: {P: {unit: W}, fan: {unit: '1'}, T_out: {unit: K}}")
+#: Of a vessel, only its level is measured; the voltage of a cell follows the current at once.
+MACHINES = (
+    *(text_of(f"{name}.yaml") for name in ("planted_pendulum", "vessel", "room", "coil", "cell")),
+    changed(Path("systems/coupling.yaml").read_text(), *SOFT),
+    text_of("room.yaml", IDLE),
 )
 
 
@@ -126,12 +61,12 @@ def plant(
     """
     ids = ids or (GROUPED if effect.at_levels else IDS)
     groups = [GROUPS[k % len(GROUPS)] for k in range(len(ids))]
-    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL, COUPLING, BED))
+    machines = (system_of(text, folder) for text in MACHINES)
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)
     logs = read_logs(folder / "logs", known)
-    sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    sizes = scales_of(known, logs)
     place = effect.places(known)[0]
     if effect.at_levels:
         place = replace(place, factor="group", level=GROUPS[-1])
@@ -172,17 +107,13 @@ def _write(
     others = [np.sin(0.6 * rate * t[:, None] + phase[1] + k) for k in range(1, len(true.inputs))]
     u = np.stack([u, *others], axis=-1)
     c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((runs, 0))])
-    held = true.inputs[0].delay / PERIOD
-    # (samples, runs, inputs)
-    acting = _at(np.arange(SAMPLES) - held, u)
-    x = _path(true, acting, c)
+    known = np.arange(SAMPLES)
+    late = known - true.inputs[0].delay / PERIOD
+    acting = np.apply_along_axis(lambda column: np.interp(late, known, column), 0, u)
+    x = _path(true, acting, c)  # (samples, runs, states)
     show = numpy_system_function(true, [o.expression for o in true.outputs], efforts_zero=True)
-    y = np.stack(
-        [
-            show(s, state, v, np.empty(0), np.array(true.values), c)
-            for s, state, v in zip(t, x, acting, strict=True)
-        ]
-    )
+    p = np.array(true.values)
+    y = np.stack([show(s, state, v, np.empty(0), p, c) for s, state, v in zip(t, x, acting, strict=True)])
     tables = []
     for k in range(runs):
         shown = {
@@ -194,33 +125,14 @@ def _write(
     write_runs(folder, tables, id=ids)
 
 
-def _at(samples: Array, u: Array) -> Array:
-    """Inputs (samples, runs, inputs) at other instants, in samples; straight lines between them."""
-    known = np.arange(len(u))
-    columns = [np.interp(samples, known, column) for column in u.reshape(len(u), -1).T]
-    return np.stack(columns, axis=1).reshape(len(samples), *u.shape[1:])
-
-
 def _path(system: System, u: Array, c: Array) -> Array:
-    """(samples, runs, states) by Runge and Kutta's method, inputs straight between samples."""
+    """States (samples, runs, states), inputs straight between samples."""
     rates = numpy_system_function(system, list(system.closed), efforts_zero=True)
-    p, h = np.array(system.values), 1.0 / SUBSTEPS
-    # in samples, where the inputs are straight from one to the next
-    fine = np.arange((SAMPLES - 1) * 2 * SUBSTEPS + 1) / (2 * SUBSTEPS)
-    torque = _at(fine, u)
-
-    def slope(k: int, x: Array) -> Array:
-        return PERIOD * np.asarray(rates(PERIOD * fine[k], x, torque[k], np.empty(0), p, c))
-
     initial = numpy_system_function(system, [state.initial for state in system.states], efforts_zero=True)
-    x = np.zeros((u.shape[1], len(system.states)))
+    p, x = np.array(system.values), np.zeros((u.shape[1], len(system.states)))
     for _ in range(2):  # what the library adds may start at the states of the machine
-        x = np.asarray(initial(0.0, x, torque[0], np.empty(0), p, c))
-    path = [x]
-    for k in range(0, len(fine) - 1, 2):
-        k1 = slope(k, x)
-        k2 = slope(k + 1, x + 0.5 * h * k1)
-        k3 = slope(k + 1, x + 0.5 * h * k2)
-        x = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + slope(k + 2, x + h * k3))
-        path.append(x)
-    return np.array(path[::SUBSTEPS])
+        x = np.asarray(initial(0.0, x, u[0], np.empty(0), p, c))
+    time = np.broadcast_to(PERIOD * np.arange(SAMPLES)[:, None, None], (*u.shape[:2], 1))
+    acting = np.concatenate([u, time], axis=-1)
+    law = lambda x, v: rates(v[0, -1], x, v[:, :-1], np.empty(0), p, c)  # noqa: E731
+    return motion(law, x, acting, PERIOD)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH, campaigns_in, cases_in
 from pipeline.withheld.judging import Case
-from tests.diagnosis.benches import Bench, pendulum
+from tests.diagnosis.benches import Bench
 from tests.diagnosis.test_log_faults import WRONG, Spoil, spoilt
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.persistence import horizon_of
@@ -41,12 +41,11 @@ from unmodelled.systems.reader import read_system
 
 HORIZON, FACTORS = 0.1, (0.5, 2.0)
 BENCH = Bench(runs=6, samples=400)
+IN_GROUPS = {"friction": (0.06, 0.06, 0.2, 0.06, 0.2, 0.06), "groups": tuple("aababa")}
 BENCHES = {
     "friction": BENCH,
     "missed counts": replace(BENCH, friction=0.0, missed=0.2),
-    "friction of a group": replace(
-        BENCH, friction=(0.06, 0.06, 0.2, 0.06, 0.2, 0.06), groups=tuple("aababa")
-    ),
+    "friction of a group": replace(BENCH, **IN_GROUPS),  # type: ignore[arg-type]
 }
 DECIDING = (
     *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
@@ -56,9 +55,8 @@ OF_FAULTS = (
     *("fault_share", "suspect_share", "clock_error_ratio", "equal_error_ratio"),
     *("outstanding_error", "copied_noise"),
 )
-OF_WHERE = [f.name for f in fields(Thresholds)][
-    [f.name for f in fields(Thresholds)].index("shown_channel_share") :
-]
+NAMES = [field.name for field in fields(Thresholds)]
+OF_WHERE = NAMES[NAMES.index("shown_channel_share") :]
 
 
 def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
@@ -126,9 +124,7 @@ def _where(effect: Added) -> dict[str, Any]:
     return {"family": effect.family, "port": place.channel, "factor": place.factor, "level": place.level}
 
 
-def compare(
-    names: tuple[str, ...] | list[str], cases: Mapping[str, Callable[[Thresholds], dict[str, Any]]]
-) -> None:
+def compare(names: Sequence[str], cases: Mapping[str, Callable[[Thresholds], dict[str, Any]]]) -> None:
     """Print, for every threshold, in which cases which part of the answer is another one."""
     before = {case: say(DEFAULT_THRESHOLDS) for case, say in cases.items()}
     for case, said in before.items():
@@ -150,9 +146,8 @@ def compare(
 
 
 def deciding(cases: Path, refits: Path) -> None:
-    folders = [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
     found = {}
-    for case in folders:
+    for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
         name = f"{case.parent.name}/{case.name}"
         found[name] = judge(case, refits / case.parent.name / f"{case.name}.json")
         print(f"# searched {name} ({time.process_time():.0f} s)", flush=True)
@@ -168,19 +163,16 @@ def of_faults(folder: Path) -> None:
     cases = {}
     for k, (name, (source, spoil)) in enumerate(known.items()):
         system, logs = spoilt(folder / source, folder / str(k), spoil)
-        cases[name] = lambda limits, logs=logs, system=system: {
-            "faults": [
-                (f.channels, f.problem, f.experiments) for f in log_faults(system, logs, HORIZON, limits)
-            ]
+        cases[name] = lambda limits, case=(system, logs): {
+            "faults": [(f.channels, f.problem, f.experiments) for f in log_faults(*case, HORIZON, limits)]
         }
     compare(OF_FAULTS, cases)
 
 
 def of_where(folder: Path) -> None:
     cases = {}
-    for name in ("friction", "missed counts", "friction of a group"):
-        system = pendulum(folder / name)
-        found = diagnose_gap(system, BENCHES[name].logs(folder / name / "logs", system), HORIZON, 0, 1)
+    for name, bench in BENCHES.items():
+        found = diagnose_gap(*bench.recorded(folder / name), HORIZON, 0, 1)
 
         def say(limits: Thresholds, found: Any = found) -> dict[str, Any]:
             there = where(found, limits)

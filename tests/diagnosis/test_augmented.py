@@ -8,7 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from tests.diagnosis.diagnoses import ANGLE, HELD_OUT, HORIZON, JOINT, TORQUE, Said, diagnosis
+from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis
+from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
@@ -58,14 +59,11 @@ def test_simulating_the_file_on_the_users_folder_gives_the_gap_that_was_reported
     write_augmented(found, tmp_path / "out")
     system = read_system(tmp_path / "out" / FILE)
     logs = read_logs(tmp_path / "logs", system)
-    assert free_runs(system, logs, HORIZON, HELD_OUT).value == pytest.approx(
-        found.augmented.gap.value, rel=1e-9
-    )
+    reported = pytest.approx(found.augmented.gap.value, rel=1e-9)
+    assert free_runs(system, logs, HORIZON, HELD_OUT).value == reported
     found.logs.write(tmp_path / "store")
     stored = read_logs(tmp_path / "store", system)
-    assert free_runs(system, stored, HORIZON, HELD_OUT).value == pytest.approx(
-        found.augmented.gap.value, rel=1e-9
-    )
+    assert free_runs(system, stored, HORIZON, HELD_OUT).value == reported
 
 
 def test_the_verb_simulate_takes_it_and_a_part_of_the_folder(tmp_path: Path) -> None:

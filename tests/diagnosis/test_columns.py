@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path as File
 
@@ -87,23 +88,10 @@ def test_left_out_errors_are_those_of_fits_without_the_experiment() -> None:
     X, y = rng.normal(size=(runs, 40, n)), rng.normal(size=(runs, 40))
     Z = np.concatenate([X, y[..., None]], axis=2)
     gram = Z.transpose(0, 2, 1) @ Z
-    atoms = tuple(
-        Atom(None, JOINT, {}, np.ones(1), np.zeros(1, bool), 1)  # type: ignore[arg-type]
-        for _ in range(n)
-    )
-    one = np.ones(n, np.int64)
+    atom, one = Atom(None, JOINT, {}, np.ones(1), np.zeros(1, bool), 1), np.ones(n, np.int64)  # type: ignore[arg-type]
     equations = Equations(
-        gram,
-        0,
-        (),
-        np.empty(0),
-        atoms,
-        np.arange(n),
-        one,
-        np.zeros(n, bool),
-        np.full(runs, 40.0),
-        None,  # type: ignore[arg-type]
-        frozenset(),
+        *(gram, 0, (), np.empty(0), (atom,) * n, np.arange(n), one, np.zeros(n, bool)),
+        *(np.full(runs, 40.0), None, frozenset()),  # type: ignore[arg-type]
     )
     found = equations.folds().errors(np.array([[0, 2]]))[0]
     for left in range(runs):
@@ -132,10 +120,8 @@ def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_
     known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
     rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
     every = [Columns(Path.of(base, base.recording)).between.atoms for base in (known, rubbing)]
-    named = [
-        [atom.place for atom in atoms if atom and atom.effect.variant == "dry_friction"] for atoms in every
-    ]
-    assert named == [[], [JOINT]]
+    varying = [[a.place for a in atoms if a and a.effect.variant == "dry_friction"] for atoms in every]
+    assert varying == [[], [JOINT]]
 
 
 def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: File) -> None:
@@ -161,10 +147,8 @@ def test_errors_of_a_system_with_hidden_states_are_compared_over_some_windows(tm
 @pytest.mark.long
 def test_where_nothing_is_missing_the_best_law_is_chance(tmp_path: File) -> None:
     """Of ten machines without effects, the probability is spread from zero to one."""
-    flawless = [Bench(samples=200, runs=8, friction=0.0, seed=seed) for seed in range(10)]
-    *found, missing = [
-        chooser_of(tmp_path / str(k), bench).chance
-        for k, bench in enumerate([*flawless, Bench(samples=200, runs=8)])
-    ]
+    rubbing = Bench(samples=200, runs=8)
+    benches = [*(replace(rubbing, friction=0.0, seed=seed) for seed in range(10)), rubbing]
+    *found, missing = (chooser_of(tmp_path / str(k), bench).chance for k, bench in enumerate(benches))
     assert sum(chance < 0.1 for chance in found) <= 3 and max(found) > 0.3
     assert 0.5**6 <= missing <= 2.0 * 0.5**6  # the signs of six experiments that are fitted

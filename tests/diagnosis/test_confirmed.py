@@ -41,9 +41,7 @@ def test_a_gain_of_the_fitted_experiments_alone_is_refused(tmp_path: Path) -> No
 
 
 @pytest.mark.long
-def test_the_best_without_refused_effects_is_judged_next(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_best_without_refused_is_judged_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[str] = []
 
     def refuse(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from tests.diagnosis.benches import FRICTION, Bench
 from tests.diagnosis.studies import HORIZON, JOINT, effect, study
 from unmodelled.diagnosis.answer.confirmed import _refused
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
@@ -25,18 +25,13 @@ TRUTH = {"b": 0.015, "mgl": 1.2}
 
 
 def diagnosis(folder: Path, bench: Bench, workers: int = 2) -> Diagnosis:
-    system = pendulum(folder)
-    return diagnose_gap(system, bench.logs(folder / "logs", system), HORIZON, 0, workers)
+    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, workers)
 
 
 def said(found: Diagnosis) -> dict[str, list[str]]:
     """Family and channel -> what the data cannot tell from it."""
-    return {
-        f"{e.added.family} at {e.added.place.channel}": [
-            f"{o.family} at {o.place.channel}" for o in e.indistinguishable
-        ]
-        for e in found.effects
-    }
+    at = lambda added: f"{added.family} at {added.place.channel}"  # noqa: E731
+    return {at(e.added): list(map(at, e.indistinguishable)) for e in found.effects}
 
 
 def fitted(found: Diagnosis) -> tuple[list[object], list[float]]:
@@ -84,9 +79,8 @@ def test_what_differs_between_runs_hides_a_delay_that_all_share(tmp_path: Path) 
     named = {e.added.place.channel: e.added.family for e in found.effects}
     # the only output is late, or the only input
     late = {"sensor:theta": "sensor_delay"}, {"actuator:torque": "input_delay"}
-    assert found.verdict == "effect" and {e.added.family for e in found.effects} <= {
-        "scatter", "sensor_delay", "input_delay"
-    }  # fmt: skip
+    families = {e.added.family for e in found.effects}
+    assert found.verdict == "effect" and families <= {"scatter", "sensor_delay", "input_delay"}
     assert len(found.effects) == 2 and any(one.items() <= named.items() for one in late)
     (scatter,) = (e for e in found.effects if e.added.family == "scatter")
     (own,) = scatter.own.values()
@@ -100,10 +94,8 @@ def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
     assert 0.9 < low <= friction.shrink <= high <= 1.0
     assert friction.known.gap.value > friction.reidentified.gap.value > 5.0 * friction.augmented.gap.value
     assert friction.augmented.gap.value < 1.3 * friction.floor
-    assert [model.label for model in friction.steps] == [
-        "re-identified",
-        f"with {friction.effects[0].added.family} at joint",
-    ]
+    named = f"with {friction.effects[0].added.family} at joint"
+    assert [model.label for model in friction.steps] == ["re-identified", named]
     assert friction.steps[-1] is friction.augmented
 
 
@@ -164,9 +156,7 @@ def test_held_out_experiments_take_no_part_in_fitting(friction: Diagnosis) -> No
 
 
 @pytest.mark.long
-def test_an_effect_that_does_not_lower_the_error_of_held_out_experiments_is_not_named(
-    friction: Diagnosis,
-) -> None:
+def test_an_effect_that_does_not_lower_the_held_out_error_is_not_named(friction: Diagnosis) -> None:
     found = _with_held_out(friction, -1.0)
     assert (found.verdict, found.effects) == ("unknown", ())
     assert found.augmented is found.reidentified
@@ -186,15 +176,10 @@ def test_nothing_is_missing_where_parameters_were_wrong(tmp_path: Path) -> None:
     assert len(found.comparison) > 10 and sum(c.named for c in found.comparison) == 1
 
 
-@pytest.fixture(scope="module")
-def missed(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
-    """A sensor that misses counts in the middle of a run."""
-    return diagnosis(tmp_path_factory.mktemp("missed"), replace(RUBBING, friction=0.0, missed=0.2))
-
-
 @pytest.mark.long
-def test_what_is_in_no_library_is_not_explained(missed: Diagnosis) -> None:
-    """No network predicts the missed counts either; the error is too large to be all."""
+def test_what_is_in_no_library_is_not_explained(tmp_path: Path) -> None:
+    """A sensor misses counts in a run; no network predicts them either, and the error is too large."""
+    missed = diagnosis(tmp_path, replace(RUBBING, friction=0.0, missed=0.2))
     assert missed.verdict in ("unknown", "main_effect")
     assert missed.shrink < 0.5 and missed.augmented.gap.value > 2.0 * missed.floor
 
@@ -220,9 +205,7 @@ def test_two_experiments_are_enough(tmp_path: Path) -> None:
     """One to learn from and one to judge by."""
     found = diagnosis(tmp_path, replace(RUBBING, runs=2))
     assert found.verdict == "effect" and len(found.held_out) == 1
-    assert "coulomb_friction at joint" in {
-        name for pair in said(found).items() for name in (pair[0], *pair[1])
-    }
+    assert "coulomb_friction at joint" in {n for name, others in said(found).items() for n in (name, *others)}
     assert found.effects[0].estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
 
 
@@ -230,8 +213,7 @@ def test_two_experiments_are_enough(tmp_path: Path) -> None:
 def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path) -> None:
     """A further delay is looked for as far as the windows leave room."""
     late = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.0063}\nparameters:")
-    system = pendulum(tmp_path, late)
-    logs = Bench(samples=240, delay=6, friction=0.0).logs(tmp_path / "logs", system)
+    system, logs = Bench(samples=240, delay=6, friction=0.0).recorded(tmp_path, late)
     found = diagnose_gap(system, logs, HORIZON, 0)
     assert found.verdict == "effect"
     ((named, others),) = said(found).items()
@@ -266,16 +248,13 @@ def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(friction: Di
     friction_alone = search.base.hypothesis.plus(effect("coulomb_friction"), JOINT)
     both = friction_alone.plus(effect("constant_load"), JOINT)
     found = FittedHypothesis.of(both, search.fitted)
-    error, alone = (
-        judged_model("", f).gap.per_output["theta"]
-        for f in (found, FittedHypothesis.of(friction_alone, search.fitted))
-    )
+    fits = (found, FittedHypothesis.of(friction_alone, search.fitted))
+    error, alone = (judged_model("", fit).gap.per_output["theta"] for fit in fits)
     before = judged_model("", search.base).gap
     lower = error < (1.0 - search.study.thresholds.held_out_gain) * alone
     assert [e.family for e in _refused(search, found, before)] == ([] if lower else ["constant_load"])
-    turned = FittedHypothesis(
-        both, search.fitted, replace(found.fit, values={**found.fit.values, "F_0": 0.3})
-    )
+    other = replace(found.fit, values={**found.fit.values, "F_0": 0.3})
+    turned = FittedHypothesis(both, search.fitted, other)
     assert [e.family for e in _refused(search, turned, before)] == ["constant_load"]
 
 
@@ -286,7 +265,5 @@ def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_pat
     search = EffectSearch(study(tmp_path, bench, *FRICTION))
     found = search.run()
     named = found.fits[found.named()].hypothesis.effects
-    assert {(e.family, e.place.channel) for e in named} == {
-        ("scatter", "parameter:F_c"),
-        ("torque_ripple", "joint"),
-    }
+    found_at = {(e.family, e.place.channel) for e in named}
+    assert found_at == {("scatter", "parameter:F_c"), ("torque_ripple", "joint")}

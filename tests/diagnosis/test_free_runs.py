@@ -1,4 +1,4 @@
-"""The gap is that of the contract: free runs are those of the compiled engine, scale and floor as defined."""
+"""The gap is that of the contract, with free runs of the compiled engine; true models lie at the floor."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from tests.diagnosis.benches import FRICTION, Bench, exact, pendulum
 from tests.diagnosis.conftest import Known
 from tests.diagnosis.studies import HORIZON
 from tests.evaluation.compiled_free_run import free_run
+from tests.machines.folders import logs_of, motion, system_of, text_of
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale
+from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.deviation import gap
+from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.engine.free_run import Integration
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 RUNS = (0, 2)
-
-
-def late(delay: float) -> tuple[str, str]:
-    """An output with a known delay."""
-    return "  theta: {unit: rad}\nparameters:", f"  theta: {{unit: rad, delay: {delay}}}\nparameters:"
 
 
 def logged(folder: Path, *changes: tuple[str, str]) -> Known:
@@ -54,22 +54,18 @@ def same(system: System, logs: Logs, horizon: float = HORIZON) -> None:
         assert found.units[name].whole_run == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-6)
 
 
-def test_without_delay(tmp_path: Path) -> None:
-    same(*logged(tmp_path))
+OUTPUT, INPUT = "  theta: {unit: rad%s}\nparameters:", "  torque: {unit: N m%s}"
 
 
-@pytest.mark.parametrize("delay", [0.006, 0.0073])
-def test_with_a_delay_of_the_output(tmp_path: Path, delay: float) -> None:
-    same(*logged(tmp_path, late(delay)))
-
-
-def test_with_a_delay_of_the_input(tmp_path: Path) -> None:
-    same(*logged(tmp_path, ("  torque: {unit: N m}", "  torque: {unit: N m, delay: 0.0031}")))
-
-
-@pytest.mark.parametrize("horizon", [0.013, 10.0])
-def test_short_windows_and_experiments_as_a_whole(tmp_path: Path, horizon: float) -> None:
-    same(*logged(tmp_path), horizon)
+@pytest.mark.parametrize(
+    ("channel", "delay", "horizon"),
+    [
+        *((OUTPUT, 0.0, horizon) for horizon in (HORIZON, 0.013, 10.0)),  # short windows, whole experiments
+        *((OUTPUT, 0.006, HORIZON), (OUTPUT, 0.0073, HORIZON), (INPUT, 0.0031, HORIZON)),
+    ],
+)
+def test_with_and_without_delays(tmp_path: Path, channel: str, delay: float, horizon: float) -> None:
+    same(*logged(tmp_path, (channel % "", channel % f", delay: {delay}")), horizon)
 
 
 @pytest.mark.long
@@ -130,3 +126,68 @@ def test_scales_of_tiny_and_of_constant_outputs(tmp_path: Path, size: float) -> 
     assert output_scale(replace(logs, y=still)) == pytest.approx(0.3 * size)
     assert output_scale(replace(logs, y=0.0 * logs.y)) == 1.0
     assert np.isfinite(Sensors(replace(logs, y=still)).noise).all()
+
+
+@pytest.mark.parametrize("bench", ["pendulum_bench", "slider_crank"])
+@pytest.mark.parametrize("horizon", [0.02, 0.1])
+def test_true_models_of_the_virtual_benches(
+    bench: str, horizon: float, request: pytest.FixtureRequest
+) -> None:
+    system, logs = request.getfixturevalue(bench)
+    simulation = Simulation(system, Recording.of(logs, horizon))
+    values = simulation.values[None, None]
+    found, least = gap(simulation, values, substeps=4), floor(simulation, values, substeps=4)
+    assert 0.8 < found.value / least.value < 1.25
+    assert least.value**2 == pytest.approx(np.mean(np.square(list(least.per_output.values()))))
+
+
+@pytest.mark.parametrize("noise", [5e-5, 1e-3])
+def test_floor_of_a_sensor_whose_noise_is_known(tmp_path: Path, noise: float) -> None:
+    system = exact(pendulum(tmp_path, *FRICTION))
+    bench = Bench(noise=noise, runs=16, samples=800)
+    recording = Recording.of(bench.logs(tmp_path / "logs", system), 0.1)
+    assert recording.noise[0] == pytest.approx(noise, rel=0.1)
+    simulation = Simulation(system, recording)
+    values = simulation.values[None, None]
+    assert 0.8 < gap(simulation, values).value / floor(simulation, values).value < 1.25
+    sigma = start_noise(simulation, values)
+    np.testing.assert_allclose(sigma[:, 0], recording.noise[0])
+    first = np.isin(recording.start, recording.logs.offsets)
+    # half of the filter is missing where an experiment begins
+    assert sigma[first, 1].min() > 2.0 * np.median(sigma[~first, 1])
+
+
+def test_the_gap_is_that_of_every_verb(pendulum_bench, slider_crank) -> None:  # type: ignore[no-untyped-def]
+    for system, logs in (pendulum_bench, slider_crank):
+        wrong = system.with_values({"b": 0.03, "m3": 0.6})
+        expected = free_runs(wrong, logs, 0.1, runs=[0, 2])
+        simulation = Simulation(wrong, Recording.of(logs, 0.1, runs=[0, 2]))
+        found = gap(simulation, simulation.values[None, None], expected.substeps)
+        assert found.value == pytest.approx(expected.value, rel=1e-9)
+        assert found.per_output == pytest.approx(expected.per_output, rel=1e-9)
+        assert found.per_experiment == pytest.approx(expected.per_experiment, rel=1e-9)
+
+
+LAW = "(q - a*sqrt(G*(h - edge)))/A"
+
+
+@pytest.mark.parametrize(
+    ("law", "diverges"),
+    [
+        (LAW, True),
+        ("(q - a*sqrt(G*abs(h - edge)) - e*log((h - edge)/edge))/A", True),
+        ("(q - a*sqrt(G*(h - 0.1*edge)))/A", False),
+    ],
+)
+def test_windows_without_a_value_take_no_finer_steps(tmp_path: Path, law: str, diverges: bool) -> None:
+    """Levels of half of the runs lie below the edge, where the file has the root of a negative number."""
+    rng, start = np.random.default_rng(2), 0.15 + 0.12 * np.arange(6)
+    q = np.repeat(rng.uniform(0.02, 0.08, (8, 6)), 30, axis=0)
+    rates = lambda h, q: (q - 0.02 * np.sqrt(19.62 * np.maximum(h - 0.05, 0.0))) / 0.5  # noqa: E731
+    h = motion(rates, start, q, 0.5, held=True) + 1e-3 * rng.standard_normal(q.shape)
+    tables = [{"t": 0.5 * np.arange(240), "q": q[:, k], "h": h[:, k]} for k in range(6)]
+    system = system_of(text_of("rooted_tank.yaml", (LAW, law)), tmp_path)
+    found = free_runs(system, logs_of(system, tmp_path / "logs", tables), horizon=20.0)
+    assert any("diverged" in note for note in found.notes) is diverges
+    assert found.substeps <= 8
+    assert not any("has not converged" in note for note in found.notes)

@@ -8,12 +8,11 @@ import pytest
 
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import effect
+from tests.machines.folders import read_case
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.core import columns
 from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.effects.library import effects
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 #: Families of friction, which are the only ones that this test compares.
 FRICTION = ("viscous_friction", "coulomb_friction", "stribeck_friction", "hysteresis")
@@ -26,10 +25,9 @@ def test_a_loop_of_another_shape_is_hysteresis(
 ) -> None:
     plant(tmp_path, effect("hysteresis", "bouc_wen"), numbers={"b_h": back, "n_h": exponent, "x_h": 0.1})
     monkeypatch.setattr(columns, "effects", lambda: tuple(e for e in effects() if e.family in FRICTION))
-    system = read_system(tmp_path / "system.yaml")
     # a loop of the fixed shape predicts nearly as well, and is named where complexity has its price
     cheap = Thresholds(material_share=0.005)
-    found = diagnose_gap(system, read_logs(tmp_path / "logs", system), 0.2, 0, 1, thresholds=cheap)
+    found = diagnose_gap(*read_case(tmp_path), 0.2, 0, 1, thresholds=cheap)
     (named,) = found.effects
     assert (named.added.family, named.added.variant) == ("hysteresis", "bouc_wen")
     assert named.estimates["F_h"].value == pytest.approx(0.15, rel=0.05)

@@ -9,7 +9,6 @@ import pytest
 
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
-from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.place import Place
@@ -20,14 +19,8 @@ OLD = Place("port", "joint", "group", "old")
 
 
 @pytest.fixture(scope="module")
-def pendulums(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    folder = tmp_path_factory.mktemp("hypothesis")
-    return study(folder, Bench(samples=300, groups=GROUPS))
-
-
-@pytest.fixture(scope="module")
-def known(pendulums: Study) -> Hypothesis:
-    return Hypothesis.known(pendulums)
+def known(tmp_path_factory: pytest.TempPathFactory) -> Hypothesis:
+    return Hypothesis.known(study(tmp_path_factory.mktemp("hypothesis"), Bench(samples=300, groups=GROUPS)))
 
 
 def names(hypothesis: Hypothesis) -> list[str]:
@@ -37,9 +30,8 @@ def names(hypothesis: Hypothesis) -> list[str]:
 def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
     b, mgl, timing = known.unknowns
     assert (b.name, b.low, b.high) == ("b", 0.0, 0.1) and (mgl.name, mgl.low, mgl.high) == ("mgl", 0.2, 5.0)
-    assert (timing.low, timing.high) == pytest.approx(
-        (-DEFAULT_THRESHOLDS.input_timing * PERIOD, DEFAULT_THRESHOLDS.input_timing * PERIOD)
-    )
+    most = DEFAULT_THRESHOLDS.input_timing * PERIOD
+    assert (timing.low, timing.high) == pytest.approx((-most, most))
     assert known.delays == known.timing == {timing.name: "torque"}
     assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
 
@@ -68,10 +60,8 @@ def test_shares_are_not_fitted_but_there(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("actuator_dead_zone"), TORQUE)
     (share,) = hypothesis.effects[0].shares
     assert names(hypothesis) == ["b", "mgl", "timing_torque", "u_d"]
-    values = dict(zip((p.name for p in hypothesis.full.parameters), hypothesis.full.values, strict=True))
-    assert values[share] == 1.0
-    before = dict(zip((p.name for p in hypothesis.system.parameters), hypothesis.system.values, strict=True))
-    assert before[share] == 0.0
+    values, before = ({p.name: p.value for p in s.parameters} for s in (hypothesis.full, hypothesis.system))
+    assert (values[share], before[share]) == (1.0, 0.0)
 
 
 def test_a_delayed_input_needs_no_timing(known: Hypothesis) -> None:
@@ -111,15 +101,12 @@ def test_complexity_adds_up(known: Hypothesis) -> None:
     friction, scatter = effect("coulomb_friction"), effect("scatter")
     alone = known.plus(friction, JOINT)
     assert alone.complexity == friction.complexity
-    assert known.plus(friction, OLD).complexity == pytest.approx(
-        friction.complexity + DEFAULT_THRESHOLDS.local_complexity
-    )
+    local, limits = known.plus(friction, OLD).complexity, DEFAULT_THRESHOLDS
+    assert local == pytest.approx(friction.complexity + limits.local_complexity)
     both = alone.plus(scatter, Place("parameter", "b"))
     assert both.complexity == pytest.approx(friction.complexity + scatter.complexity)
     doubted = known.plus(scatter, Place("parameter", "J"))
-    assert doubted.complexity == pytest.approx(
-        scatter.complexity + DEFAULT_THRESHOLDS.known_parameter_complexity
-    )
+    assert doubted.complexity == pytest.approx(scatter.complexity + limits.known_parameter_complexity)
 
 
 def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
@@ -165,10 +152,9 @@ def test_delays_of_an_input_and_an_output_are_two_numbers(known: Hypothesis) -> 
     both = known.plus(effect("input_delay"), TORQUE).plus(effect("sensor_delay"), ANGLE)
     assert both.delays == {"T_d_torque": "torque", "T_d_theta": "theta"}
     simulation = both.simulation(known.study.recording)
-    runs = [
-        simulation(np.array([[[*known.system.values, *late]]])).y for late in ((0.004, 0.0), (0.0, 0.004))
-    ]
-    assert not np.allclose(runs[0], runs[1], equal_nan=True)
+    lates = (0.004, 0.0), (0.0, 0.004)
+    one, other = (simulation(np.array([[[*known.system.values, *late]]])).y for late in lates)
+    assert not np.allclose(one, other, equal_nan=True)
 
 
 def test_names_that_a_reader_sees(known: Hypothesis) -> None:
@@ -202,9 +188,8 @@ def test_starts_are_known_in_fewer_windows_too(friction: FittedHypothesis) -> No
     moved, sigma = friction.moved(few)
     where = [friction.recording.start.tolist().index(k) for k in few.start]
     np.testing.assert_allclose(moved * sigma, friction.fit.start[where])
-    assert friction.vector(friction.unknowns) == pytest.approx(
-        [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
-    )
+    expected = [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
+    assert friction.vector(friction.unknowns) == pytest.approx(expected)
 
 
 def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench
-from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, effect, fitted, study
+from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, effect, fitted, shared_study
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting import deviation
@@ -23,10 +23,8 @@ SCATTERED = (0.03, 0.05, 0.04, 0.065, 0.055, 0.045)
 EARLY = 0.5 * PERIOD
 
 
-@pytest.fixture(scope="module")
-def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    bench = Bench(samples=400, delay=2, groups=("new", "old", "old", "new"))
-    return study(tmp_path_factory.mktemp("models"), bench)
+rubbing = shared_study(Bench(samples=400, delay=2, groups=("new", "old", "old", "new")))
+scattered = shared_study(Bench(runs=6, friction=SCATTERED), *FRICTION)
 
 
 @pytest.fixture(scope="module")
@@ -75,12 +73,6 @@ def test_a_model_does_what_its_hypothesis_does(rubbing: Study) -> None:
     )
     assert found.logs.constants == tuple(c.name for c in found.system.operating_point)
     np.testing.assert_array_equal(found.logs.c[:, -1], [0.0, 1.0, 1.0, 0.0])
-
-
-@pytest.fixture(scope="module")
-def scattered(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    bench = Bench(runs=6, friction=SCATTERED)
-    return study(tmp_path_factory.mktemp("scattered"), bench, *FRICTION)
 
 
 @pytest.mark.long

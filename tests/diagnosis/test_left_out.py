@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from tests.diagnosis.benches import FRICTION, Bench
-from tests.diagnosis.studies import JOINT, effect, fitted, study
+from tests.diagnosis.studies import JOINT, effect, fitted, shared_study, study
+from tests.machines.folders import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting import left_out
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -19,8 +19,6 @@ from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut, parts
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.effects.place import Place
-
-Array = NDArray[np.float64]
 
 #: Eight experiments, of which two are held out: each of the others is a part.
 BENCH = Bench(runs=8, samples=300)
@@ -32,16 +30,9 @@ SOMEWHAT = (0.04, 0.085, 0.055, 0.075, 0.05, 0.09, 0.06, 0.065)
 SMALL = 0.02
 
 
-@pytest.fixture(scope="module")
-def alike(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    """Experiments with the same friction, whose law the file has."""
-    return study(tmp_path_factory.mktemp("alike"), BENCH, *FRICTION)
-
-
-@pytest.fixture(scope="module")
-def varied(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    """Every experiment has a friction of its own."""
-    return study(tmp_path_factory.mktemp("varied"), replace(BENCH, friction=FRICTIONS), *FRICTION)
+#: Experiments with the same friction, whose law the file has, and with a friction of its own in every one.
+alike = shared_study(BENCH, *FRICTION)
+varied = shared_study(replace(BENCH, friction=FRICTIONS), *FRICTION)
 
 
 def halves(found: FittedHypothesis) -> LeftOut:
@@ -69,12 +60,11 @@ def refitted(found: FittedHypothesis) -> Array:
 
 @pytest.mark.parametrize("missing", [True, False], ids=["friction is an effect", "friction is known"])
 def test_one_newton_step_is_as_good_as_a_fit_without_the_experiment(
-    missing: bool, alike: Study, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+    missing: bool, alike: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hypothesis = Hypothesis.known(alike)
     if missing:
-        plain = study(tmp_path_factory.mktemp("plain"), BENCH)
-        hypothesis = Hypothesis.known(plain).plus(effect("coulomb_friction"), JOINT)
+        hypothesis = Hypothesis.known(study(tmp_path, BENCH)).plus(effect("coulomb_friction"), JOINT)
     found = LeftOut.of(fitted(hypothesis))
     assert len(found.values) == len(found.fitted.recording.runs) == FEWEST_PARTS
     expected = refitted(found.fitted)
@@ -93,7 +83,6 @@ def test_one_newton_step_is_as_good_as_a_fit_without_the_experiment(
         (("viscous_friction", "shear_thinning"), ("stribeck_friction", "")),
         (("stribeck_friction", ""), ("coulomb_friction", "gradual")),
     ],
-    ids=["shear thinning and Stribeck", "Stribeck and gradual"],
 )
 def test_similar_laws_do_not_move_apart(
     laws: tuple[tuple[str, str], ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

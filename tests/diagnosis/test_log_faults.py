@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
 from tests.diagnosis.benches import Bench, pendulum
-from tests.machines.folders import system_of, write_runs
+from tests.machines.folders import changed, logs_of, motion, read_case, system_of, text_of
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
@@ -37,15 +36,6 @@ from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 HORIZON = 0.1
-PIPE = """
-schema: system/1
-name: pipe
-states: {y: {unit: K}}
-inputs: {u: {unit: K, delay: 1.0}}
-outputs: {y: {unit: K}}
-parameters: {tau: {value: 0.25, unit: s, identify: true, bounds: [0.05, 1.0]}}
-dynamics: {y: (u - y)/tau}
-"""
 SYSTEM = Path("systems/pendulum.yaml")
 Spoil = Callable[[pd.DataFrame, str], pd.DataFrame]
 
@@ -59,9 +49,7 @@ def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def scaled(column: str, factor: float, only: str = "") -> Spoil:
-    return lambda log, name: log.assign(
-        **{column: log[column] * (factor if name == only or not only else 1.0)}
-    )
+    return lambda log, name: log.assign(**{column: log[column] * (factor if only in ("", name) else 1.0)})
 
 
 def shifted(by: float, only: str) -> Spoil:
@@ -88,6 +76,12 @@ def spoilt(right: Path, folder: Path, spoil: Spoil, known: Path = SYSTEM) -> tup
     for name, file in zip(table["id"], table["file"], strict=True):
         spoil(pd.read_csv(right / file), name).to_csv(folder / file, index=False)
     system = read_system(known)
+    return system, read_logs(folder, system)
+
+
+def read_right(folder: Path) -> tuple[System, Logs]:
+    """The system of systems/pendulum.yaml and the logs in a folder."""
+    system = read_system(SYSTEM)
     return system, read_logs(folder, system)
 
 
@@ -174,35 +168,20 @@ def test_a_clock_of_one_run_beside_wrong_numbers(frictionless: Path, tmp_path: P
 
 def test_a_delay_that_depends_on_the_flow_is_no_wrong_clock(tmp_path: Path) -> None:
     """The front comes after 0.45 s in one run and after 1 s in the others; the file knows the latter."""
-    (tmp_path / "pipe.yaml").write_text(PIPE)
     rng, t, logs = np.random.default_rng(0), np.arange(0.0, 12.0, 0.05), list[pd.DataFrame]()
     for run in range(6):
         valve = np.repeat(rng.uniform(0.0, 1.0, 6), 40)
         late = np.interp(t - (0.45 if run == 5 else 1.0), t, valve)
         level = lfilter([0.05 / 0.3], [1.0, 0.05 / 0.3 - 1.0], late) + 1e-3 * rng.standard_normal(len(t))
         logs.append(pd.DataFrame({"t": t, "u": valve, "y": level}))
-    write_runs(tmp_path / "logs", logs)
-    system = read_system(tmp_path / "pipe.yaml")
-    assert log_faults(system, read_logs(tmp_path / "logs", system), 1.0) == ()
+    system = system_of(text_of("pipe.yaml"), tmp_path)
+    assert log_faults(system, logs_of(system, tmp_path / "logs", logs), 1.0) == ()
 
 
 def test_a_wrong_inertia_is_no_wrong_clock(tmp_path: Path) -> None:
     """Nobody can tell them apart: what the search can name is left to it."""
     PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, inertia=0.03).write(tmp_path / "heavy", 0)
-    system = read_system(SYSTEM)
-    assert log_faults(system, read_logs(tmp_path / "heavy", system), HORIZON) == ()
-
-
-WHEEL = """
-schema: system/1
-name: wheel
-states: {q: {unit: rad}, w: {unit: rad/s}}
-inputs: {T: {unit: N m}}
-outputs: {q: {unit: rad}}
-parameters: {J: {value: 0.1, unit: kg m^2}, M: {value: 5, unit: N m}, d: {value: 0.4, unit: N m s/rad}}
-ports: {hub: {effort: T_h, unit: N m, position: q, velocity: w}}
-dynamics: {q: w, w: (T - d*w - M*sin(q) - T_h)/J}
-"""
+    assert log_faults(*read_right(tmp_path / "heavy"), HORIZON) == ()
 
 
 @pytest.mark.parametrize(("inertia", "dry", "clock"), [(0.19, 3.0, 1.0), (0.1, 0.0, 1.4)])
@@ -215,17 +194,17 @@ def test_inertia_and_friction_are_no_wrong_clock(
         tones = (2.0 * np.pi * f * t for f in rng.uniform(0.2, 2.0, 6))
         wave = sum(rng.uniform(0.4, 1.0) * np.sin(tone + rng.uniform(0.0, 6.0)) for tone in tones)
         waves.append(13.0 * wave / np.abs(wave).max())
-    T, q, w, seen = np.array(waves), np.zeros(6), np.zeros(6), []
-    for before, after in pairwise([*T.T, T[:, -1]]):
-        seen.append(q)
-        for k in range(10):
-            torque = before + 0.1 * k * (after - before)
-            w = w + 5e-4 * (torque - 0.4 * w - 5.0 * np.sin(q) - dry * np.tanh(w / 0.01)) / inertia
-            q = q + 5e-4 * w
-    noisy = np.array(seen).T + 1e-4 * rng.standard_normal((6, 1000))
+    T = np.array(waves)
+
+    def rates(x: np.ndarray, torque: np.ndarray) -> list[np.ndarray]:
+        rub = 0.4 * x[1] + dry * np.tanh(x[1] / 0.01)
+        return [x[1], (torque - rub - 5.0 * np.sin(x[0])) / inertia]
+
+    q = motion(rates, np.zeros((2, 6)), T.T, 0.005, substeps=10)[:, 0].T
+    noisy = q + 1e-4 * rng.standard_normal((6, 1000))
     tables = [pd.DataFrame({"t": clock * t, "T": T[k], "q": noisy[k]}) for k in range(6)]
-    system = system_of(WHEEL, tmp_path)
-    logs = read_logs(write_runs(tmp_path / "logs", tables), system)
+    system = system_of(text_of("wheel.yaml"), tmp_path)
+    logs = logs_of(system, tmp_path / "logs", tables)
     found = log_faults(system, logs, default_horizon(logs))
     assert [fault.problem for fault in found] == ["clock"] * (dry == 0.0)
 
@@ -250,8 +229,7 @@ def test_a_window_that_starts_at_bad_samples_is_no_wrong_clock(
 
 
 def test_another_clock_of_one_run_leaves_the_windows_of_the_others(frictionless: Path) -> None:
-    system = read_system(SYSTEM)
-    trials = Trials(system, read_logs(frictionless, system), HORIZON)
+    trials = Trials(*read_right(frictionless), HORIZON)
     steps, clock = trials.steps(trials.none), np.array([1.0, 0.98, 1.0, 1.0, 1.0, 1.0])
     before, after = (trials.square(c, steps) for c in (trials.none, replace(trials.none, clock=clock)))
     np.testing.assert_array_equal(np.flatnonzero(before != after), [1])
@@ -263,15 +241,13 @@ def test_a_stiffening_spring_is_no_wrong_clock_of_the_run_that_moves_furthest(tm
     belt = measured_cases("single", 8, 125)[-1]
     write_measured(belt, tmp_path / "case")
     assert [effect.family for effect in belt.effects] == ["nonlinear_spring"]
-    system = read_system(tmp_path / "case" / "system.yaml")
-    system, logs, _ = without_copies(system, read_logs(tmp_path / "case" / "logs", system), 0.13)
+    system, logs, _ = without_copies(*read_case(tmp_path / "case"), 0.13)
     assert log_faults(system, logs, 0.13) == ()
 
 
 def test_one_run_in_milliseconds_is_refused_with_what_to_do(right: Path, tmp_path: Path) -> None:
-    with pytest.raises(
-        BadInput, match=r"run3\.csv: .* looks like milliseconds; multiply the column by 0\.001"
-    ):
+    told = r"run3\.csv: .* looks like milliseconds; multiply the column by 0\.001"
+    with pytest.raises(BadInput, match=told):
         spoilt(right, tmp_path, scaled("t", 1e3, "run3"))
 
 
@@ -283,10 +259,8 @@ def test_a_longer_horizon_shows_what_a_short_one_does_not(right: Path, tmp_path:
 @pytest.fixture
 def two_outputs(tmp_path: Path) -> Path:
     """systems/pendulum.yaml with the speed as another output."""
-    text = SYSTEM.read_text()
-    assert text.count("  theta: {unit: rad}\nparameters") == 1
-    both = "  theta: {unit: rad}\n  omega: {unit: rad/s}\nparameters"
-    (tmp_path / "system.yaml").write_text(text.replace("  theta: {unit: rad}\nparameters", both))
+    both = ("  theta: {unit: rad}\nparam", "  theta: {unit: rad}\n  omega: {unit: rad/s}\nparam")
+    (tmp_path / "system.yaml").write_text(changed(SYSTEM.read_text(), both))
     return tmp_path / "system.yaml"
 
 
@@ -345,7 +319,7 @@ def test_the_later_of_two_same_columns_is_the_copy(turned: bool, right: Path) ->
     t = 0.01 * np.arange(400)
     first = np.concatenate([np.sin(3.0 * t) + 1e-4 * rng.standard_normal(400) for _ in range(3)])
     y = np.column_stack([first, np.roll(first, 3)])
-    known = read_logs(right, read_system(SYSTEM))
+    _, known = read_right(right)
     y, offsets = y[:, ::-1] if turned else y, np.arange(0, 1201, 400)
     logs = replace(known, y=y, outputs=("a", "b"), ids=("1", "2", "3"), offsets=offsets, period=0.01)
     (copy,) = copies(logs)
@@ -353,30 +327,36 @@ def test_the_later_of_two_same_columns_is_the_copy(turned: bool, right: Path) ->
     assert copy.delay == pytest.approx(0.03)
 
 
+def still(folder: Path, coulomb: float = 0.0) -> Path:
+    """Logs of a pendulum that swings freely."""
+    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=coulomb).write(folder / "free", 0)
+    return folder / "free"
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_constant_input_is_noted(sign: float, tmp_path: Path) -> None:
-    PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, torque=0.0).write(tmp_path / "free", 0)
-    (fault,) = log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", scaled("torque", sign)), HORIZON)
+    free = still(tmp_path)
+    (fault,) = log_faults(*spoilt(free, tmp_path / "logs", scaled("torque", sign)), HORIZON)
     assert (fault.channels, fault.problem, fault.decides) == (("torque",), "constant", False)
     assert fault.sentence.startswith("torque is 0 in all samples of all experiments")
 
 
 def test_a_wrong_clock_of_a_system_without_inputs(tmp_path: Path) -> None:
-    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.0).write(tmp_path / "free", 0)
-    text = SYSTEM.read_text().replace("inputs:\n  torque: {unit: N m}\n", "").replace("(torque - b", "(-b")
-    (tmp_path / "free.yaml").write_text(text)
-    logs = spoilt(tmp_path / "free", tmp_path / "logs", stretched(1.5, "run1"), tmp_path / "free.yaml")
+    free = still(tmp_path)
+    driven = ("inputs:\n  torque: {unit: N m}\n", ""), ("(torque - b", "(-b")
+    (tmp_path / "free.yaml").write_text(changed(SYSTEM.read_text(), *driven))
+    logs = spoilt(free, tmp_path / "logs", stretched(1.5, "run1"), tmp_path / "free.yaml")
     fault = only(log_faults(*logs, HORIZON))
     assert (fault.channels, fault.problem, fault.experiments) == (("t",), "clock", ("run1",))
 
 
 def test_an_input_that_did_nothing(tmp_path: Path) -> None:
-    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.02).write(tmp_path / "free", 0)
+    free = still(tmp_path, 0.02)
 
     def driven(log: pd.DataFrame, name: str) -> pd.DataFrame:
         return log.assign(torque=np.sin(3.0 * log["t"] + len(name)))
 
-    fault = only(log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", driven), HORIZON))
+    fault = only(log_faults(*spoilt(free, tmp_path / "logs", driven), HORIZON))
     assert (fault.channels, fault.problem) == (("torque",), "no_effect")
 
 
@@ -396,12 +376,8 @@ def test_an_input_that_has_nothing_to_do_with_the_motion(right: Path, tmp_path: 
 @pytest.mark.parametrize(
     "spoil",
     [
-        scaled("t", 1.0),
-        scaled("torque", 0.7),
-        scaled("torque", 0.2),
-        scaled("theta", 1.2),
-        shifted(0.1, "run3"),
-        lambda log, name: log.assign(theta=log["theta"] + 0.2),
+        *(scaled("t", 1.0), scaled("torque", 0.7), scaled("torque", 0.2), scaled("theta", 1.2)),
+        *(shifted(0.1, "run3"), lambda log, name: log.assign(theta=log["theta"] + 0.2)),
         lambda log, name: log.assign(torque=log["torque"] + 0.3),
     ],
     ids=["right", "gain", "weak", "sensor gain", "small offset", "sensor offset", "load"],
@@ -429,14 +405,18 @@ def test_wrong_parameters_raise_no_alarm(right: Path, tmp_path: Path) -> None:
 def test_withheld_machines_raise_no_alarm(kind: str, count: int, tmp_path: Path) -> None:
     WithheldCampaign(kind, count, 37).write(tmp_path / "cases", 0)
     for case in sorted((tmp_path / "cases").glob("[!.]*")):
-        system = read_system(case / "system.yaml")
-        assert log_faults(system, read_logs(case / "logs", system), HORIZON) == (), case
+        assert log_faults(*read_case(case), HORIZON) == (), case
+
+
+def copied(right: Path, runs: list[int]) -> tuple[System, Logs]:
+    """Experiments a, b, c and d, which are some of the runs."""
+    system, logs = read_right(right)
+    logs = logs.among(runs)
+    return system, replace(logs, ids=tuple("abcd"), experiments=logs.experiments.assign(id=list("abcd")))
 
 
 def test_one_file_under_four_names(right: Path) -> None:
-    system = read_system(SYSTEM)
-    logs = read_logs(right, system).among([0, 0, 0, 0])
-    logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
+    system, logs = copied(right, [0, 0, 0, 0])
     fault = only(log_faults(system, logs, HORIZON))
     assert (fault.problem, fault.experiments, fault.explains) == ("identical", ("a", "b", "c", "d"), None)
     found = diagnose_gap(system, logs, HORIZON, 0, faults=(fault,))
@@ -446,9 +426,7 @@ def test_one_file_under_four_names(right: Path) -> None:
 
 
 def test_some_copies_count_as_one_experiment(right: Path) -> None:
-    system = read_system(SYSTEM)
-    logs = read_logs(right, system).among([0, 1, 2, 1])
-    logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
+    system, logs = copied(right, [0, 1, 2, 1])
     (fault,) = log_faults(system, logs, HORIZON)
     assert fault.experiments == ("b", "d") and not fault.decides
     assert different(logs).ids == ("a", "b", "c")
@@ -457,10 +435,8 @@ def test_some_copies_count_as_one_experiment(right: Path) -> None:
 
 def test_the_questions_take_less_than_a_second(tmp_path: Path) -> None:
     PendulumCampaign(runs=12, duration=2.0).write(tmp_path, 0)
-    system = read_system(SYSTEM)
-    logs = read_logs(tmp_path, system)
-    turned = replace(logs, u=-logs.u)
-    for each in (logs, turned):
+    system, logs = read_right(tmp_path)
+    for each in (logs, replace(logs, u=-logs.u)):
         log_faults(system, each, HORIZON)  # what is compiled once
         before = time.process_time()
         log_faults(system, each, HORIZON)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import study
-from unmodelled.diagnosis.data.recording import Recording
+from tests.diagnosis.studies import shared_study, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
@@ -27,28 +26,17 @@ HUB = (
 )
 
 
-@pytest.fixture(scope="module")
-def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    return study(tmp_path_factory.mktemp("network"), Bench(friction=0.1, creep=1.0, samples=400))
+rubbing = shared_study(Bench(friction=0.1, creep=1.0, samples=400))
 
 
 @pytest.fixture(scope="module")
-def recording(rubbing: Study) -> Recording:
-    return rubbing.recording.thinned(16)
-
-
-@pytest.fixture(scope="module")
-def base(rubbing: Study, recording: Recording) -> FittedHypothesis:
-    return FittedHypothesis.of(Hypothesis.known(rubbing), recording)
-
-
-def of_seed(base: FittedHypothesis, seed: int) -> FittedHypothesis:
-    return fitted_network(base, base.recording, seed)
+def base(rubbing: Study) -> FittedHypothesis:
+    return FittedHypothesis.of(Hypothesis.known(rubbing), rubbing.recording.thinned(16))
 
 
 @pytest.fixture(scope="module")
 def network(base: FittedHypothesis) -> FittedHypothesis:
-    return of_seed(base, 3)
+    return fitted_network(base, base.recording, 3)
 
 
 def test_it_explains_what_was_left_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
@@ -76,7 +64,7 @@ def test_its_law_is_that_of_the_friction(network: FittedHypothesis, rubbing: Stu
 
 
 def test_the_same_seed_gives_the_same_network(base: FittedHypothesis, network: FittedHypothesis) -> None:
-    again = of_seed(base, 3)
+    again = fitted_network(base, base.recording, 3)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
     other = with_networks(base.hypothesis, 4)
@@ -92,17 +80,14 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
     assert with_it.gap.value < 1.05 * judged_model("re-identified", base).gap.value
 
 
-def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recording, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
-    two = study(tmp_path_factory.mktemp("hub"), Bench(samples=200), *HUB)
+def test_nothing_at_level_zero_in_every_port(tmp_path: Path) -> None:
+    two = study(tmp_path, Bench(samples=200), *HUB)
     hypothesis = with_networks(Hypothesis.known(two), 0)
     assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
-    assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * (
-        HIDDEN + len(AT_REST)
-    )
+    weights = [u for u in hypothesis.unknowns if u.name.startswith("network")]
+    assert len(weights) == 2 * (HIDDEN + len(AT_REST))
     joint, hub = ({str(s) for r in e.regressors for s in r.free_symbols} for e in hypothesis.effects)
     assert joint == {"theta", "omega", "torque"} and hub == {"omega", "torque"}
-    known = Hypothesis.known(two).simulation(two.recording)
-    simulation = hypothesis.simulation(two.recording)
-    np.testing.assert_allclose(
-        simulation(simulation.values[None, None]).y, known(known.values[None, None]).y, atol=1e-12
-    )
+    simulations = (h.simulation(two.recording) for h in (hypothesis, Hypothesis.known(two)))
+    found, expected = (simulation(simulation.values[None, None]).y for simulation in simulations)
+    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -8,14 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
-from tests.machines.folders import logs_of, system_of, write_runs
+from tests.diagnosis.studies import HORIZON, judged
+from tests.machines.folders import Array, diagnosed, motion, only_effect, recorded, system_of, text_of
 from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.next_experiment import planned
-from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.opposite import opposite_ports, with_ports_between
 from unmodelled.logs.folder import read_logs
@@ -24,29 +22,9 @@ from unmodelled.systems.model import symbol
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
-Array = NDArray[np.float64]
 Effort = Callable[[Array], tuple[float, float]]
 
-TWO_MASSES = """
-schema: system/1
-name: two_masses
-states: {q1: {unit: rad}, w1: {unit: rad/s}, q2: {unit: rad}, w2: {unit: rad/s}}
-inputs: {u: {unit: N m}}
-outputs: {q1: {unit: rad}, q2: {unit: rad}}
-parameters:
-  J1: {value: 0.01, unit: kg m^2}
-  J2: {value: 0.03, unit: kg m^2}
-  k: {value: 45, unit: N m/rad, identify: true, bounds: [10, 100]}
-ports:
-  motor: {effort: T1, unit: N m, position: q1, velocity: w1}
-  load: {effort: T2, unit: N m, position: q2, velocity: w2}
-dynamics:
-  q1: w1
-  w1: (u - k*(q1 - q2) - T1)/J1
-  q2: w2
-  w2: (k*(q1 - q2) - T2)/J2
-"""
-PERIOD, SAMPLES, RUNS, SUBSTEPS, NOISE, HORIZON = 2e-3, 500, 4, 10, 1e-5, 0.1
+PERIOD, SAMPLES, RUNS, NOISE = 2e-3, 500, 4, 1e-5
 
 
 def damping_between(x: Array) -> tuple[float, float]:
@@ -67,30 +45,24 @@ def friction_beside_damping(x: Array) -> tuple[float, float]:
     return torque, 0.25 * float(np.tanh(x[3] / 0.05)) - torque
 
 
-def rates(x: Array, torque: float, effort: Effort) -> Array:
+def rates(x: Array, torque: Array, effort: Effort) -> Array:
     one, two = effort(x)
     spring = 45.0 * (x[0] - x[2])
     return np.array([x[1], (torque - spring - one) / 0.01, x[3], (spring - two) / 0.03])
 
 
 def lacking(folder: Path, effort: Effort) -> Corrections:
-    rng, t, tables = np.random.default_rng(1), PERIOD * np.arange(SAMPLES), []
-    h = PERIOD / SUBSTEPS
-    for _ in range(RUNS):
+    t = PERIOD * np.arange(SAMPLES)
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
         u = 0.5 * np.sin(rng.uniform(4.0, 60.0, 3) * t[:, None] + rng.uniform(0.0, 6.28, 3)).sum(1)
-        x = [np.zeros(4)]
-        for k in range(SAMPLES - 1):
-            now = x[-1]
-            for share in (np.arange(SUBSTEPS) + 0.5) / SUBSTEPS:
-                torque = u[k] + share * (u[k + 1] - u[k])
-                middle = now + 0.5 * h * rates(now, torque, effort)
-                now = now + h * rates(middle, torque, effort)
-            x.append(now)
-        seen = np.array(x)[:, [0, 2]] + NOISE * rng.standard_normal((SAMPLES, 2))
-        tables.append(pd.DataFrame({"t": t, "u": u, "q1": seen[:, 0], "q2": seen[:, 1]}))
-    known = system_of(TWO_MASSES, folder)
-    logs = prepare(known, logs_of(known, folder / "logs", tables))
-    model = JudgedModel("known", known, logs, free_runs(known, logs, HORIZON))
+        x = motion(lambda x, u: rates(x, u, effort), np.zeros(4), u, PERIOD)
+        seen = x[:, [0, 2]] + NOISE * rng.standard_normal((SAMPLES, 2))
+        return pd.DataFrame({"t": t, "u": u, "q1": seen[:, 0], "q2": seen[:, 1]})
+
+    known = system_of(text_of("two_masses.yaml"), folder)
+    logs = prepare(known, read_logs(recorded(folder / "logs", run, RUNS, 1), known))
+    model = judged("known", known, logs)
     return Corrections.of(model, HORIZON, Sensors(logs))
 
 
@@ -117,9 +89,7 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     answer = diagnose(found.model.system, found.model.logs, HORIZON)
     (effect,) = answer.effects
     assert (effect.family, effect.port) == ("viscous_friction", "motor_load")
-    (note,) = (
-        note for note in answer.notes if "equal and opposite efforts are missing at motor and load" in note
-    )
+    (note,) = (n for n in answer.notes if "equal and opposite efforts are missing at motor and load" in n)
     assert "at the port motor_load" in note
     (number,) = effect.parameters.values()
     assert number["value"] == pytest.approx(0.12, rel=0.03)
@@ -148,44 +118,22 @@ def test_friction_of_one_mass_or_of_both_is_not_between_them(tmp_path: Path, eff
     assert opposite_ports(lacking(tmp_path, effort)) == ()
 
 
-ROOMS = """
-schema: system/1
-name: rooms
-states: {T1: {unit: K}, T2: {unit: K}}
-inputs: {Q1: {unit: W}, Q2: {unit: W}}
-outputs: {T1: {unit: K}, T2: {unit: K}}
-parameters:
-  C: {value: 2.0, unit: J/K}
-  U: {value: 0.055, unit: W/K, identify: true, bounds: [0.01, 0.15]}
-ports:
-  left: {effort: P1, unit: W, position: T1}
-  right: {effort: P2, unit: W, position: T2}
-dynamics:
-  T1: (Q1 - U*(T1 - 293) - P1)/C
-  T2: (Q2 - U*(T2 - 293) - P2)/C
-"""
-
-
 @pytest.mark.long
 def test_heat_between_two_rooms_is_named_without_a_port_in_the_file(tmp_path: Path) -> None:
-    """Two balances with heat exchange of 0.02 W/K; exact steps of a linear system, heaters held."""
-    rng, tables, n, every = np.random.default_rng(2), [], 400, 40
-    exchange = 0.02 * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    rate, modes = np.linalg.eigh((0.05 * np.eye(2) + exchange) / 2.0)
-    decay = modes @ np.diag(np.exp(-rate)) @ modes.T
-    for _ in range(6):
-        Q = rng.uniform(0.0, 1.0, (n // every, 2)).repeat(every, axis=0)
-        T = [293.0 + rng.uniform(0.0, 5.0, 2)]
-        for heat in Q[:-1]:
-            rest = 293.0 + np.linalg.solve(0.05 * np.eye(2) + exchange, heat)
-            T.append(rest + decay @ (T[-1] - rest))
-        seen = np.array(T) + 0.02 * rng.standard_normal((n, 2))
-        columns = dict(zip(("Q1", "Q2", "T1", "T2"), np.hstack([Q, seen]).T, strict=True))
-        tables.append(pd.DataFrame({"t": np.arange(float(n)), **columns}))
-    write_runs(tmp_path / "logs", tables)
-    known = system_of(ROOMS.replace("unit: W}", "unit: W, hold: true}", 2), tmp_path)
-    answer = diagnose(known, read_logs(tmp_path / "logs", known))
-    (effect,) = answer.effects
-    assert (answer.verdict, effect.family, effect.port) == ("effect", "linear_loss", "left_right")
+    """Two balances with heat exchange of 0.02 W/K; heaters are held."""
+
+    def rates(T: Array, heat: Array) -> Array:
+        exchange = 0.02 * (T[0] - T[1])
+        return (heat - 0.05 * (T - 293.0) - np.array([exchange, -exchange])) / 2.0
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
+        Q = rng.uniform(0.0, 1.0, (10, 2)).repeat(40, axis=0)
+        T = motion(rates, 293.0 + rng.uniform(0.0, 5.0, 2), Q, 1.0, held=True)
+        seen = T + 0.02 * rng.standard_normal(T.shape)
+        columns = np.column_stack([np.arange(float(len(Q))), Q, seen])
+        return pd.DataFrame(columns, columns=["t", "Q1", "Q2", "T1", "T2"])
+
+    logs = recorded(tmp_path / "logs", run, 6, 2)
+    effect = only_effect(diagnosed(tmp_path, text_of("rooms.yaml"), logs), "linear_loss", "left_right")
     (number,) = effect.parameters.values()
     assert number["value"] == pytest.approx(0.02, rel=0.03) and number["unit"] == "W/K"

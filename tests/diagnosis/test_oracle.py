@@ -12,9 +12,8 @@ from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.withheld.oracle import Judged, Known, oracle
 from pipeline.withheld.sparse_regression import Term, largest_term
+from tests.machines.folders import read_case
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 COULOMB = Planted("coulomb_friction", "rail")
 
@@ -24,8 +23,7 @@ def study(folder: Path, *effects: Planted, level: float = 1.0) -> Study:
     case = Case("hoist", effects, level, 5)
     plan = case.plan()
     write(case, folder, replace(plan, samples=round(1.5 / plan.period)))
-    system = read_system(folder / "system.yaml")
-    return Study.of(system, read_logs(folder / "logs", system), 0.1, 0)
+    return Study.of(*read_case(folder), 0.1, 0)
 
 
 def known(*effects: Planted) -> list[Known]:

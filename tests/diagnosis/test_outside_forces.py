@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import PERIOD, Bench, exact, pendulum
-from tests.diagnosis.found import HORIZON
-from unmodelled.diagnosis.data.result import JudgedModel, LogFault
+from tests.diagnosis.studies import HORIZON, judged
+from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.outside_forces import outside_forces
+from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
+from unmodelled.systems.model import System
 
 STILL = Bench(friction=0.0, noise=5e-5, runs=8)
 
@@ -30,8 +31,11 @@ def found(
     logs = replace(logs, experiments=logs.experiments.assign(load=np.array(load, float)))
     pushed = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
     logs = prepare(known, replace(logs, u=logs.u - push * pushed[:, None]))
-    model = JudgedModel("true", known, logs, free_runs(known, logs, HORIZON, range(len(logs))))
-    return outside_forces(Corrections.of(model, HORIZON, Sensors(logs)))
+    return told(known, logs)
+
+
+def told(known: System, logs: Logs) -> LogFault | None:
+    return outside_forces(Corrections.of(judged("true", known, logs), HORIZON, Sensors(logs)))
 
 
 @pytest.mark.parametrize("push", [0.3, -0.6])
@@ -79,6 +83,5 @@ def test_a_fault_of_a_few_samples_is_no_outside_force(tmp_path: Path) -> None:
     spike = logs.y.copy()
     spike[logs.rows(3)][200:202] += 0.05
     logs = prepare(known, replace(logs, y=spike))
-    model = JudgedModel("true", known, logs, free_runs(known, logs, HORIZON, range(len(logs))))
     assert PERIOD * 8 < HORIZON
-    assert outside_forces(Corrections.of(model, HORIZON, Sensors(logs))) is None
+    assert told(known, logs) is None

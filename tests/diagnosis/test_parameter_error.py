@@ -9,52 +9,28 @@ import pandas as pd
 import pytest
 
 import unmodelled as um
-from tests.machines.folders import write_runs
-
-FAN = """
-schema: system/1
-name: fan
-states: {w: {unit: rad/s}}
-inputs: {T: {unit: N m, hold: true}}
-outputs: {w: {unit: rad/s}}
-parameters: {J: {value: 0.05, unit: kg m^2}, c: {value: DAMPING, unit: N m s/rad},
-  F: {value: 0.01, unit: N m, identify: true, bounds: [0, 0.1]}}
-ports: {shaft: {effort: T_l, unit: N m, velocity: w}}
-dynamics: {w: (T - c*w - F*sign(w) - T_l)/J}
-"""
-AXIS = """
-<mujoco model="axis"><worldbody><body name="carriage">
-  <joint name="x" type="slide" axis="1 0 0" damping="DAMPING"/>
-  <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody>
-  <actuator><position name="servo" joint="x" kp="STIFFNESS"/></actuator></mujoco>
-"""
-AXIS_SYSTEM = """schema: system/1
-name: axis
-model: robots/axis.xml
-inputs: {u_servo: {column: goal, hold: true}}
-outputs: {q_x: {column: x}}
-"""
+from tests.machines.folders import Array, motion, recorded, text_of
 
 
 def fan(folder: Path, damping: float, drag: float = 0.0) -> str:
     """A fan of 0.05 kg m^2 and 0.2 N m s/rad, whose file may have another damping."""
-    rng, tables = np.random.default_rng(3), []
-    for _ in range(4):
-        T, w, seen = np.repeat(rng.uniform(-3.0, 3.0, 15), 20), 0.0, []
-        for torque in T:
-            seen.append(w)
-            for _ in range(10):
-                w += 1e-3 * (torque - 0.2 * w - 0.01 * np.tanh(w / 0.01) - drag * w * abs(w)) / 0.05
-        noisy = np.array(seen) + 0.01 * rng.standard_normal(len(T))
-        tables.append(pd.DataFrame({"t": 0.01 * np.arange(len(T)), "T": T, "w": noisy}))
-    write_runs(folder / "logs", tables)
-    return FAN.replace("DAMPING", repr(damping))
+
+    def rates(w: Array, T: Array) -> Array:
+        return (T - 0.2 * w - 0.01 * np.tanh(w / 0.01) - drag * w * abs(w)) / 0.05
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
+        T = np.repeat(rng.uniform(-3.0, 3.0, 15), 20)
+        w = motion(rates, [0.0], T, 0.01, held=True)[:, 0] + 0.01 * rng.standard_normal(len(T))
+        return pd.DataFrame({"t": 0.01 * np.arange(len(T)), "T": T, "w": w})
+
+    recorded(folder / "logs", run, 4, 3)
+    return text_of("damped_fan.yaml", ("c: {value: 0.2", f"c: {{value: {damping}"))
 
 
 def axis(folder: Path, stiffness: float, damping: float) -> str:
     """A carriage of 2 kg behind a servo of 800 N/m and 30 N s/m, whose file may have other numbers."""
-    rng, tables = np.random.default_rng(4), []
-    for _ in range(4):
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
         goal, x, v, seen = np.repeat(rng.uniform(-0.1, 0.1, 12), 25), 0.0, 0.0, []
         for wanted in goal:
             seen.append(x)
@@ -62,25 +38,23 @@ def axis(folder: Path, stiffness: float, damping: float) -> str:
                 v += 5e-4 * (800.0 * (wanted - x) - 30.0 * v) / 2.0
                 x += 5e-4 * v
         noisy = np.array(seen) + 2e-5 * rng.standard_normal(len(goal))
-        tables.append(pd.DataFrame({"t": 0.01 * np.arange(len(goal)), "goal": goal, "x": noisy}))
-    write_runs(folder / "logs", tables)
+        return pd.DataFrame({"t": 0.01 * np.arange(len(goal)), "goal": goal, "x": noisy})
+
+    recorded(folder / "logs", run, 4, 4)
     (folder / "robots").mkdir()
-    text = AXIS.replace("STIFFNESS", repr(stiffness)).replace("DAMPING", repr(damping))
-    (folder / "robots" / "axis.xml").write_text(text.strip())
-    return AXIS_SYSTEM
+    numbers = ('kp="800"', f'kp="{stiffness}"'), ('damping="30"', f'damping="{damping}"')
+    (folder / "robots" / "axis.xml").write_text(text_of("axis.xml", *numbers))
+    return text_of("axis.yaml")
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("machine", "numbers", "name", "right"),
     [
-        (fan, (0.2 * np.pi / 30.0,), "c", 0.2),
-        (fan, (0.2 * 9.80665,), "c", 0.2),
-        (axis, (0.8, 30.0), "servo_kp", 800.0),
-        (axis, (800.0, 1800.0), "x_damping", 30.0),
+        *((fan, (0.2 * np.pi / 30.0,), "c", 0.2), (fan, (0.2 * 9.80665,), "c", 0.2)),
+        *((axis, (0.8, 30.0), "servo_kp", 800.0), (axis, (800.0, 1800.0), "x_damping", 30.0)),
         (axis, (800.0, 42.0), "x_damping", 30.0),
-        (fan, (0.2,), "", 0.0),
-        (fan, (0.2, 0.03), "", 0.0),
+        *((fan, (0.2,), "", 0.0), (fan, (0.2, 0.03), "", 0.0)),
     ],
     ids=["1/min", "kgf", "mN", "minutes", "high", "right", "drag"],
 )

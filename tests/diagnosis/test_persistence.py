@@ -11,10 +11,10 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.studies import HORIZON
+from tests.machines.folders import Array
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale, steps_of
 from unmodelled.diagnosis.data.persistence import default_horizon, persistence
@@ -23,8 +23,6 @@ from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
 
 #: A sine's speed kept for this phase (rad) errs by its own standard deviation: |exp(ix) - 1 - ix| = 1.
 SINE = 1.4566
@@ -36,17 +34,11 @@ def logs_of(*runs: Array, period: float = 0.01) -> Logs:
     offsets = np.concatenate([[0], np.cumsum([len(run) for run in y])]).astype(np.int64)
     samples, names = int(offsets[-1]), tuple(f"y{j}" for j in range(y[0].shape[1]))
     ids = tuple(f"run{i}" for i in range(len(y)))
-    return Logs(
-        *(names, (), (), (), ids, pd.DataFrame({"id": ids}), period, offsets),
-        t=period * np.concatenate([np.arange(len(run)) for run in y]),
-        y=np.concatenate(y),
-        u=np.empty((samples, 0)),
-        c=np.empty((len(y), 0)),
-        x=np.empty((samples, 0)),
-        measured=(),
-        notes=(),
-        provenance={"data": "virtual"},
-    )
+    t = period * np.concatenate([np.arange(len(run)) for run in y])
+    none = {"u": np.empty((samples, 0)), "c": np.empty((len(y), 0)), "x": np.empty((samples, 0))}
+    about = {"measured": (), "notes": (), "provenance": {"data": "virtual"}}
+    table = pd.DataFrame({"id": ids})
+    return Logs(names, (), (), (), ids, table, period, offsets, t=t, y=np.concatenate(y), **none, **about)
 
 
 def sines(rate: float, samples: int = 2000, size: float = 1.0, level: float = 0.0) -> Logs:
@@ -155,8 +147,7 @@ def test_windows_of_some_experiments_count_alone() -> None:
 
 
 def test_free_runs_worse_than_persistence_have_a_note(tmp_path: Path) -> None:
-    wrong = pendulum(tmp_path, ("(torque", "(10*torque"))
-    logs = Bench().logs(tmp_path / "logs", wrong)
+    wrong, logs = Bench().recorded(tmp_path, ("(torque", "(10*torque"))
     found = free_runs(wrong, logs, 0.2, [1, 2])
     assert found.persistence == persistence(Recording.of(logs, 0.2, [1, 2])) < found.value
     (note,) = (note for note in found.notes if "persistence" in note)
@@ -166,8 +157,7 @@ def test_free_runs_worse_than_persistence_have_a_note(tmp_path: Path) -> None:
 
 
 def test_a_time_in_milliseconds_is_found_with_the_default_horizon(tmp_path: Path) -> None:
-    system = pendulum(tmp_path)
-    right = Bench(samples=300).logs(tmp_path / "logs", system)
+    system, right = Bench(samples=300).recorded(tmp_path)
     logs = replace(right, period=1e3 * right.period, t=1e3 * right.t)
     horizon = default_horizon(logs)
     assert horizon == pytest.approx(1e3 * default_horizon(right))
@@ -178,8 +168,7 @@ def test_a_time_in_milliseconds_is_found_with_the_default_horizon(tmp_path: Path
 
 @pytest.mark.long
 def test_a_diagnosis_has_the_default_horizon_unless_one_is_given(tmp_path: Path) -> None:
-    system = pendulum(tmp_path)
-    logs = Bench(samples=300).logs(tmp_path / "logs", system)
+    system, logs = Bench(samples=300).recorded(tmp_path)
     usual = default_horizon(logs)
     assert usual != HORIZON
     for given_horizon, used in ((None, usual), (HORIZON, HORIZON)):

@@ -13,6 +13,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from tests.diagnosis.benches import FRICTION, Bench, pendulum
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, study
+from tests.machines.folders import read_case
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.remark import Remark
@@ -25,13 +26,12 @@ from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.reader import read_system
 
 UNKNOWN_J = (
     "J: {value: 0.02, unit: kg m^2}",
     "J: {value: 0.02, unit: kg m^2, identify: true, bounds: [0, 0.1]}",
 )
+STILL = Bench(friction=0.0, runs=3)
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
 
@@ -40,24 +40,15 @@ def only(found: tuple[Remark, ...]) -> Remark:
     return one
 
 
+def fit_of(folder: Path, *changes: tuple[str, str], **bench: float) -> FittedHypothesis:
+    """The known physics of a pendulum without friction, fitted to three runs."""
+    return fitted(Hypothesis.known(study(folder, replace(STILL, **bench), *changes)))  # type: ignore[arg-type]
+
+
 def with_values(found: FittedHypothesis, values: Mapping[str, float]) -> FittedHypothesis:
     """The fit, as if its numbers were these."""
     assert set(values) <= set(found.fit.values)
     return replace(found, fit=replace(found.fit, values={**found.fit.values, **values}))
-
-
-class Swing(Bench):
-    """The pendulum without friction, with a torque of some amplitude."""
-
-    torque = 0.0
-
-    def rates(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-        return super().rates(x, self.torque * u)
-
-
-def scaled(logs: Logs, factor: float) -> Logs:
-    """Logs of a torque that is too large or too small by a factor."""
-    return replace(logs, u=factor * logs.u)
 
 
 @pytest.fixture(scope="module")
@@ -73,27 +64,23 @@ def test_a_clean_fit_says_nothing(dry: FittedHypothesis) -> None:
 
 
 def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
-    system = pendulum(tmp_path, UNKNOWN_J)
-    logs = Swing(friction=0.0, runs=3).logs(tmp_path / "logs", system)
-    swing = fitted(Hypothesis.known(Study.of(system, scaled(logs, 0.0), HORIZON, 0)))
+    system, logs = replace(STILL, supply=0.0).recorded(tmp_path, UNKNOWN_J)
+    swing = fitted(Hypothesis.known(Study.of(system, replace(logs, u=0.0 * logs.u), HORIZON, 0)))
     found = only(undetermined(swing))
     assert (set(found.numbers), found.kind) == ({"J", "b", "mgl"}, "undetermined")
-    assert found.sentence.startswith(
-        "these logs determine only J/b and J/mgl, not J, b and mgl by themselves"
-    )
+    told = "these logs determine only J/b and J/mgl, not J, b and mgl by themselves"
+    assert found.sentence.startswith(told)
     assert not any(is_determined(swing, name) for name in ("J", "b", "mgl"))
     assert implausible(LeftOut.of(swing)) == ()
 
 
 def test_a_torque_determines_all_of_them(tmp_path: Path) -> None:
-    assert (
-        undetermined(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), UNKNOWN_J)))) == ()
-    )
+    assert undetermined(fit_of(tmp_path, UNKNOWN_J)) == ()
 
 
 def test_a_number_without_influence_is_not_determined(tmp_path: Path) -> None:
     idle = ("ports:", "  idle: {value: 1.0, unit: '1', identify: true, bounds: [0, 2]}\nports:")
-    swing = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), idle)))
+    swing = fit_of(tmp_path, idle)
     found = only(undetermined(swing))
     assert found.numbers == ("idle",) and "do not determine idle" in found.sentence
     assert not is_determined(swing, "idle") and is_determined(swing, "mgl")
@@ -102,8 +89,7 @@ def test_a_number_without_influence_is_not_determined(tmp_path: Path) -> None:
 def test_a_weight_beside_a_weight(tmp_path: Path) -> None:
     """The sine of an unknown weight is that of the pendulum's own; only their sum is seen."""
     plant(tmp_path, effect("gravity_load"))
-    system = read_system(tmp_path / "system.yaml")
-    known = Hypothesis.known(Study.of(system, read_logs(tmp_path / "logs", system), HORIZON, 0))
+    known = Hypothesis.known(Study.of(*read_case(tmp_path), HORIZON, 0))
     found = only(undetermined(fitted(known.plus(effect("gravity_load"), JOINT))))
     assert set(found.numbers) == {"mgl", "W_s"}
     assert "while W_s of gravity_load at joint falls by more than 100 %" in found.sentence
@@ -111,7 +97,7 @@ def test_a_weight_beside_a_weight(tmp_path: Path) -> None:
 
 def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:
     """It may be zero, but only because the known one can be larger."""
-    known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), UNKNOWN_J))
+    known = Hypothesis.known(study(tmp_path, STILL, UNKNOWN_J))
     found = fitted(known.plus(effect("inertia_error"), JOINT))
     (remark,) = (r for r in remarks(LeftOut.of(found)) if "dM" in r.numbers)
     assert (set(remark.numbers), remark.kind) == ({"J", "dM"}, "undetermined")
@@ -119,14 +105,13 @@ def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:
 
 def test_the_numbers_of_a_polynomial_are_one_curve(tmp_path: Path) -> None:
     plant(tmp_path, effect("nonlinear_spring", "polynomial"))
-    system = read_system(tmp_path / "system.yaml")
-    known = Hypothesis.known(Study.of(system, read_logs(tmp_path / "logs", system), HORIZON, 0))
+    known = Hypothesis.known(Study.of(*read_case(tmp_path), HORIZON, 0))
     found = only(undetermined(fitted(known.plus(effect("nonlinear_spring", "polynomial"), JOINT))))
     assert "these logs determine its curve, not F_1, F_2, F_3 and F_4 one by one" in found.sentence
 
 
 def test_a_number_at_a_bound(tmp_path: Path) -> None:
-    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, mgl=5.5, runs=3))))
+    found = fit_of(tmp_path, mgl=5.5)
     remark = only(remarks(LeftOut.of(found)))
     assert (remark.numbers, remark.kind) == (("mgl",), "bound")
     assert "mgl is at its upper bound, 5 N m: these logs ask for more" in remark.sentence
@@ -134,7 +119,7 @@ def test_a_number_at_a_bound(tmp_path: Path) -> None:
 
 
 def test_none_of_a_damping(tmp_path: Path) -> None:
-    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=-0.02, runs=3))))
+    found = fit_of(tmp_path, b=-0.02)
     assert "b is at its bound of 0 N m s/rad" in only(remarks(LeftOut.of(found))).sentence
 
 
@@ -158,9 +143,8 @@ def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
     remark = only(implausible(LeftOut.of(with_values(dry, {"F_c": 3.5}))))
     limit = Efforts(dry).largest("joint")
     assert (remark.numbers, remark.kind) == (("F_c",), "effort")
-    assert (
-        f"F_c = 3.5 N m is {3.5 / limit:.2g} times the largest torque that acts at joint" in remark.sentence
-    )
+    times = f"F_c = 3.5 N m is {3.5 / limit:.2g} times the largest torque that acts at joint"
+    assert times in remark.sentence
     assert f"({limit:.3g} N m)" in remark.sentence
 
 
@@ -171,7 +155,7 @@ def test_a_load_larger_than_all_that_acts(dry: FittedHypothesis) -> None:
 
 
 def test_an_effect_that_may_be_zero(tmp_path: Path) -> None:
-    known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3)))
+    known = Hypothesis.known(study(tmp_path, STILL))
     (remark,) = implausible(LeftOut.of(fitted(known.plus(effect("constant_load"), JOINT))))
     assert remark.kind == "zero" and "may as well be zero" in remark.sentence
 
@@ -191,9 +175,8 @@ def test_a_gain_that_no_part_has(dry: FittedHypothesis, family: str, place: obje
 
 def test_a_mass_that_is_not_there(dry: FittedHypothesis) -> None:
     found = fitted(dry.hypothesis.plus(effect("inertia_error"), JOINT))
-    remark = only(
-        tuple(r for r in implausible(LeftOut.of(with_values(found, {"dM": 0.03}))) if r.numbers == ("dM",))
-    )
+    remarks_of_it = implausible(LeftOut.of(with_values(found, {"dM": 0.03})))
+    (remark,) = (r for r in remarks_of_it if r.numbers == ("dM",))
     assert remark.kind == "mass"
     assert "dM = 0.03 kg m^2 is 1.5 times the known one there (0.02 kg m^2)" in remark.sentence
 
@@ -204,18 +187,15 @@ def test_a_sign_and_a_mass_of_the_file(tmp_path: Path) -> None:
         "mgl: {value: -0.9, unit: N m, identify: true, bounds: [-2, 5]}",
     )
     heavy = ("J: {value: 0.02,", "J: {value: 0.005, identify: true, bounds: [0.001, 1],")
-    found = implausible(
-        LeftOut.of(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), pull, heavy))))
-    )
+    found = implausible(LeftOut.of(fit_of(tmp_path, pull, heavy)))
     assert {r.numbers[0]: r.kind for r in found} == {"mgl": "sign", "J": "mass"}
     assert "J is 4 times the given value: 0.02 kg m^2" in " ".join(r.sentence for r in found)
 
 
 def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> None:
     exact = (("b: {value: 0.03,", "b: {value: 0.015,"), ("mgl: {value: 0.9,", "mgl: {value: 1.2,"), UNKNOWN_J)
-    system = pendulum(tmp_path, *exact)
-    logs = Bench(friction=0.0, runs=3).logs(tmp_path / "logs", system)
-    found = fitted(Hypothesis.known(Study.of(system, scaled(logs, 1.19), HORIZON, 0)))
+    system, logs = STILL.recorded(tmp_path, *exact)
+    found = fitted(Hypothesis.known(Study.of(system, replace(logs, u=1.19 * logs.u), HORIZON, 0)))
     remark = only(implausible(LeftOut.of(found)))
     assert remark.kind == "common_factor" and {"J", "mgl"} <= set(remark.numbers)
     assert "are 1.19 times their given values, as if torque were 0.84" in remark.sentence
@@ -223,8 +203,7 @@ def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> N
 
 def test_one_factor_without_an_input_says_nothing(tmp_path: Path) -> None:
     """b and mgl twice as large are no scale of the torque while J is known."""
-    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=0.06, mgl=1.8, runs=3))))
-    assert implausible(LeftOut.of(found)) == ()
+    assert implausible(LeftOut.of(fit_of(tmp_path, b=0.06, mgl=1.8))) == ()
 
 
 def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
@@ -232,17 +211,16 @@ def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
     system = pendulum(tmp_path, text=(SYSTEMS / "pendulum.yaml").read_text())
     PendulumCampaign(runs=4, duration=2.0).write(tmp_path / "logs", 0)
     logs = read_logs(tmp_path / "logs", system)
-    found = fitted(
-        Hypothesis.known(Study.of(system, logs, HORIZON, 0)).plus(effect("coulomb_friction"), JOINT)
-    )
+    known = Hypothesis.known(Study.of(system, logs, HORIZON, 0))
+    found = fitted(known.plus(effect("coulomb_friction"), JOINT))
     assert remarks(LeftOut.of(found)) == ()
 
 
 @pytest.mark.long
 def test_a_diagnosis_hands_the_remarks_on(tmp_path: Path) -> None:
-    system = pendulum(tmp_path, UNKNOWN_J, ("bounds: [0.2, 5]", "bounds: [0.2, 1]"), *FRICTION)
-    logs = Bench(runs=3, samples=200).logs(tmp_path / "logs", system)
-    found = diagnose_gap(system, logs, HORIZON, 0)
+    narrow = ("bounds: [0.2, 5]", "bounds: [0.2, 1]")
+    case = Bench(runs=3, samples=200).recorded(tmp_path, UNKNOWN_J, narrow, *FRICTION)
+    found = diagnose_gap(*case, HORIZON, 0)
     content = summary(found, where(found))
     assert {"determined", "at_bound"} <= set(content["parameters"]["mgl"])
     assert content["parameters"]["mgl"]["determined"] is found.parameters["mgl"].determined

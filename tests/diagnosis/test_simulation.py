@@ -27,6 +27,9 @@ MEMORY = (
 )
 
 
+LONG = Bench(samples=300)
+
+
 def assert_equal(
     system: System,
     logs: Logs,
@@ -53,11 +56,15 @@ def assert_equal(
         np.testing.assert_array_equal(measured[expected.counted], logs.y[expected.counted])
 
 
+def with_delay(system: System, delay: float) -> System:
+    """The pendulum with a late sensor."""
+    return replace(system, outputs=(replace(system.outputs[0], delay=delay),))
+
+
 @pytest.mark.parametrize("horizon", [0.033, 0.1, 10.0])
 def test_measured_and_hidden_states(tmp_path: Path, horizon: float) -> None:
     """Presliding friction has a state that no output shows, and that depends on all that was before."""
-    known = pendulum(tmp_path, *FRICTION)
-    logs = Bench(samples=300).logs(tmp_path / "logs", known)
+    known, logs = LONG.recorded(tmp_path, *FRICTION)
     assert_equal(known, logs, horizon, [0, 1, 2, 3])
     assert_equal(known, logs, horizon, [2])
     # the logs have its states at four steps per sample
@@ -68,8 +75,8 @@ def test_measured_and_hidden_states(tmp_path: Path, horizon: float) -> None:
 def test_the_generated_kernel_simulates_what_the_register_machine_does(tmp_path: Path, late: float) -> None:
     """For several sets of numbers, one of them with another input, that differ between experiments too."""
     system = pendulum(tmp_path, *FRICTION).with_values({"F_c": 0.05})
-    system = replace(system, outputs=tuple(replace(output, delay=late) for output in system.outputs))
-    logs = Bench(samples=300).logs(tmp_path / "logs", system)
+    system = with_delay(system, late)
+    logs = LONG.logs(tmp_path / "logs", system)
     recording = Recording.of(logs, 0.033, [0, 1, 3], latest=0.006)
     machine = Simulation(system, recording, {"held": "torque"})
     kernel = Simulation(system, recording, {"held": "torque"}, backend=Generated.of)
@@ -90,7 +97,7 @@ def test_hidden_states_of_sets_that_differ_in_one_number(tmp_path: Path) -> None
         ("ports:", "  play: {value: 0.01, unit: rad}\nports:"),
     )
     known = pendulum(tmp_path, *MEMORY, *play)
-    logs = Bench(samples=300).logs(tmp_path / "logs", pendulum(tmp_path / "known"))
+    _, logs = LONG.recorded(tmp_path / "known")
     recording = Recording.of(logs, 0.1)
     simulation = Simulation(known, recording, {"held": "torque"})
     changes = {"stiff": 2.5, "play": 0.008, "held": 0.4 * PERIOD}
@@ -113,7 +120,7 @@ def test_hidden_states_are_integrated_as_far_back_as_they_remember(
     """A lag forgets within a window how it started, a store does not."""
     lag = ("z: omega*(1 - z/0.01*sign(omega))", f"z: (theta - z)/{tau}")
     known = pendulum(tmp_path, *MEMORY, lag)
-    logs = Bench(samples=300).logs(tmp_path / "logs", pendulum(tmp_path / "known"))
+    _, logs = LONG.recorded(tmp_path / "known")
     recording = Recording.of(logs, 0.1)
     simulation = Simulation(known, recording, {"held": "torque"})
     values = np.tile(simulation.values, (1, 3, 1))
@@ -131,16 +138,14 @@ def test_hidden_states_are_integrated_as_far_back_as_they_remember(
 
 @pytest.mark.parametrize("delay", [1, 20])
 def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
-    known = pendulum(tmp_path)
-    logs = Bench(samples=300, delay=delay).logs(tmp_path / "logs", known)
-    late = replace(known, outputs=(replace(known.outputs[0], delay=delay * PERIOD),))
+    known, logs = Bench(samples=300, delay=delay).recorded(tmp_path)
+    late = with_delay(known, delay * PERIOD)
     assert_equal(late, logs, 0.1, [0, 3], latest=delay * PERIOD)
 
 
 def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
-    known = pendulum(tmp_path)
-    logs = Bench(samples=300).logs(tmp_path / "logs", known)
-    late = replace(known, outputs=(replace(known.outputs[0], delay=4.3 * PERIOD),))
+    known, logs = LONG.recorded(tmp_path)
+    late = with_delay(known, 4.3 * PERIOD)
     own, how = prepare(late, logs), Integration(logs.period, "rk4", 1, 1.0)
     expected = free_run(late, own, 0.1, how).y
     recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
@@ -152,8 +157,7 @@ def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["theta", "torque"])
 def test_a_delay_among_the_numbers(tmp_path: Path, name: str) -> None:
     """Is the same as one in the file; every set has its own."""
-    known = pendulum(tmp_path)
-    logs = Bench(samples=300).logs(tmp_path / "logs", known)
+    known, logs = LONG.recorded(tmp_path)
     recording = Recording.of(logs, 0.1, latest=0.02)
     simulation = Simulation(known, recording, {"lag": name})
     lags = [0.0, 0.004, 0.0071, 0.004]
@@ -164,26 +168,24 @@ def test_a_delay_among_the_numbers(tmp_path: Path, name: str) -> None:
         alone = simulation(values[:, k : k + 1])
         np.testing.assert_array_equal(together.y[:, k], alone.y[:, 0])
         if name == "theta":
-            file = replace(known, outputs=(replace(known.outputs[0], delay=lag),))
-            own = Simulation(file, recording)
+            own = Simulation(with_delay(known, lag), recording)
             expected = own(own.values[None, None])
             np.testing.assert_array_equal(together.y[:, k], expected.y[:, 0])
             np.testing.assert_array_equal(together.measured[:, k], expected.measured[:, 0])
     np.testing.assert_array_equal(together.y[:, 1], together.y[:, 3])
     assert np.nanmax(np.abs(together.y[:, 1] - together.y[:, 0])) > 1e-3
     with pytest.raises(ValueError, match="delays must be from 0 to 10 samples"):
-        Simulation(replace(known, outputs=(replace(known.outputs[0], delay=0.021),)), recording)(
-            np.array(known.values)[None, None]
-        )
+        Simulation(with_delay(known, 0.021), recording)(np.array(known.values)[None, None])
 
 
 def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
     system = pendulum(tmp_path)
     gain, offset, theta = symbol("gain"), symbol("offset"), symbol("theta")
-    more = [replace(system.parameters[0], name=name, value=v) for name, v in (("gain", 1.0), ("offset", 0.0))]
+    numbers = {"gain": 1.0, "offset": 0.0}
+    more = [replace(system.parameters[0], name=name, value=value) for name, value in numbers.items()]
     output = replace(system.outputs[0], expression=gain * theta + offset)
     wide = replace(system, parameters=(*system.parameters, *more), outputs=(output,))
-    logs = Bench(samples=300).logs(tmp_path / "logs", system)
+    logs = LONG.logs(tmp_path / "logs", system)
     simulation = Simulation(wide, Recording.of(logs, 0.1))
     values = np.tile(simulation.values, (1, 2, 1))
     values[0, 1, -2:] = 1.25, 0.1
@@ -197,8 +199,7 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
 
 
 def test_a_set_may_differ_from_experiment_to_experiment(tmp_path: Path) -> None:
-    system = pendulum(tmp_path)
-    logs = Bench(samples=200).logs(tmp_path / "logs", system)
+    system, logs = Bench(samples=200).recorded(tmp_path)
     recording = Recording.of(logs, 0.1)
     simulation = Simulation(system, recording)
     values = np.tile(simulation.values, (len(logs), 1, 1))
@@ -221,7 +222,7 @@ def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
 
 
 def test_windows_among_some_runs_are_those_of_a_recording_of_them(tmp_path: Path) -> None:
-    logs = Bench(samples=200).logs(tmp_path / "logs", pendulum(tmp_path))
+    _, logs = Bench(samples=200).recorded(tmp_path)
     some, own = Recording.of(logs, 0.03).among([2, 0]), Recording.of(logs, 0.03, runs=[2, 0])
     assert sorted(some.start) == sorted(own.start) and some.runs == own.runs
     np.testing.assert_array_equal(some.scale, own.scale)
@@ -229,7 +230,6 @@ def test_windows_among_some_runs_are_those_of_a_recording_of_them(tmp_path: Path
 
 
 def test_an_experiment_shorter_than_a_delay_is_refused(tmp_path: Path) -> None:
-    system = pendulum(tmp_path)
-    logs = Bench(samples=60).logs(tmp_path / "logs", system)
+    _, logs = Bench(samples=60).recorded(tmp_path)
     with pytest.raises(ValueError, match="shorter than experiment run0"):
         Recording.of(logs, 0.1, latest=59 * PERIOD)

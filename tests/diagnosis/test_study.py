@@ -1,4 +1,4 @@
-"""Which experiments are held out, and that what is learned knows nothing of them."""
+"""What experiments have in common, which are held out, and that what is learned does not know these."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.diagnosis.benches import PERIOD, Bench, pendulum
-from tests.diagnosis.studies import HORIZON, study
+from tests.diagnosis.benches import PERIOD, Bench
+from tests.diagnosis.studies import HORIZON, shared_study, study
+from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.study import Study, held_out
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
@@ -68,9 +69,7 @@ def test_seeds_differ() -> None:
     assert {i for chosen in drawn for i in chosen} == set(range(12))
 
 
-@pytest.fixture(scope="module")
-def pendulums(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    return study(tmp_path_factory.mktemp("study"), Bench(runs=5, samples=200))
+pendulums = shared_study(Bench(runs=5, samples=200))
 
 
 def test_windows_of_the_learned_experiments_only(pendulums: Study) -> None:
@@ -113,8 +112,7 @@ def test_one_of_few_experiments_of_a_level_is_held_out(seed: int) -> None:
 
 
 def test_an_input_from_a_slower_clock_has_its_own_period(tmp_path: Path) -> None:
-    system = pendulum(tmp_path)
-    logs = Bench(samples=600, runs=4).logs(tmp_path / "logs", system)
+    system, logs = Bench(samples=600, runs=4).recorded(tmp_path)
     t = np.arange(600.0)
     smooth = np.sin(2e-4 * t**2) + 0.3 * np.sin(0.03 * t)
     slow = np.interp(t, t[::8], smooth[::8])
@@ -125,3 +123,29 @@ def test_an_input_from_a_slower_clock_has_its_own_period(tmp_path: Path) -> None
         assert found.input_periods["torque"] == pytest.approx(samples * logs.period)
         timing = next(u for u in Hypothesis.known(found).unknowns if u.name.startswith("timing"))
         assert timing.high == pytest.approx(0.6 * samples * logs.period)
+
+
+def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
+    return [(factor, level, members.tolist()) for factor, level, members in levels(table(**factors))]
+
+
+def test_levels_of_settings_and_groups() -> None:
+    mass, group = [2, 1, 2, 1], ["new", "old", "old", "new"]
+    first, *others = found(mass=mass, group=group)
+    assert first == ("mass", 1.0, [1, 3]) and type(first[1]) is float  # a plain number
+    assert others == [("mass", 2.0, [0, 2]), ("group", "new", [0, 3]), ("group", "old", [1, 2])]
+
+
+def test_a_column_that_is_no_factor() -> None:
+    """All alike, all different, or a reading rather than a setting."""
+    readings = [float(i // 2) for i in range(2 * DEFAULT_THRESHOLDS.most_levels + 2)]
+    assert [found(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
+
+
+def test_a_level_of_one_experiment_cannot_be_told_from_chance() -> None:
+    assert found(group=["a", "b", "a"]) == [("group", "a", [0, 2])]
+
+
+def test_rows_count_from_the_first_of_the_table() -> None:
+    table = pd.DataFrame({"id": list("pqrst"), "group": list("ababa")}).iloc[[1, 2, 3]]
+    assert [(level, members.tolist()) for _, level, members in levels(table)] == [("b", [0, 2])]

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
 from tests.diagnosis.benches import Bench, exact, pendulum
-from tests.diagnosis.found import BENCH, HORIZON, as_given, friction
+from tests.diagnosis.found import BENCH, as_given, friction
+from tests.diagnosis.studies import HORIZON, judged
+from tests.machines.folders import Array, read_case
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -26,19 +27,6 @@ from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.report.figures import experiments, residual
-from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class DeadZone(Bench):
-    """The drive takes `dead` N m of the torque away."""
-
-    dead: float = 0.15
-
-    def rates(self, x: Array, u: Array) -> Array:
-        return super().rates(x, np.sign(u) * np.maximum(np.abs(u) - self.dead, 0.0))
 
 
 @dataclass(frozen=True)
@@ -66,11 +54,9 @@ def unknown(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Bench], Where
 
 def true_model(folder: Path, bench: Bench) -> JudgedModel:
     """The pendulum without friction, all else as it is."""
-    system = pendulum(folder)
-    logs = bench.logs(folder / "logs", system)
+    system, logs = bench.recorded(folder)
     known = exact(system)
-    seen = prepare(known, logs)
-    return JudgedModel("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
+    return judged("true", known, prepare(known, logs))
 
 
 def top(found: Where) -> str:
@@ -119,9 +105,8 @@ def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None
 @pytest.mark.parametrize(
     ("bench", "expected"),
     [
-        (BENCH, "joint"),
-        (replace(BENCH, friction=0.0, ripple=0.05), "joint"),
-        (DeadZone(runs=6, samples=600, friction=0.0), "actuator:torque"),
+        *((BENCH, "joint"), (replace(BENCH, friction=0.0, ripple=0.05), "joint")),
+        (replace(BENCH, friction=0.0, dead_zone=0.15), "actuator:torque"),
     ],
 )
 def test_unexplained_gaps_lie_where_the_fault_is(
@@ -152,15 +137,13 @@ def test_without_a_gap_it_lies_nowhere(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("without", ["parameters", "ports", "inputs", "position", "coordinates", "delay"])
 def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
+    ports = "ports:\n  joint: {effort: tau, unit: N m, position: theta, velocity: omega}\n"
     changes = {
         "parameters": [
             (", identify: true, bounds: [0, 0.1]", ""),
             (", identify: true, bounds: [0.2, 5]", ""),
         ],
-        "ports": [
-            ("ports:\n  joint: {effort: tau, unit: N m, position: theta, velocity: omega}\n", ""),
-            (" - tau", ""),
-        ],
+        "ports": [(ports, ""), (" - tau", "")],
         "inputs": [("inputs:\n  torque: {unit: N m}\n", ""), ("torque - b", "-b")],
         "position": [("position: theta, ", "")],
         "coordinates": [(", position: theta, velocity: omega", "")],
@@ -192,9 +175,8 @@ def test_levels_with_more_than_their_share() -> None:
 def test_parameters_act_through_channels(tmp_path: Path) -> None:
     case = Case("hoist", (), 1.0, 3)
     write(case, tmp_path, replace(case.plan(), samples=300))
-    system = read_system(tmp_path / "system.yaml")
-    logs = read_logs(tmp_path / "logs", system)
-    model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, range(len(logs))))
+    system, logs = read_case(tmp_path)
+    model = judged("known", system, logs)
     names = {name: channel_of(model, Place("parameter", name)) for name in ("kf", "b", "M")}
     assert names == {"kf": "actuator:u", "b": "rail", "M": "rail"}
     assert channel_of(model, Place("sensor", "x")) == "sensor:x"

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.drafting.test_init import LOGS, Array, drafted, values
+from tests.drafting.test_init import LOGS, Array, columns_of, drafted, put, values
 from unmodelled.api.simulation import simulate
 from unmodelled.logs.folder import read_logs
+from unmodelled.systems.model import System
 
 N = 900
+T = np.arange(N) * 1.0
 
 
 def drive(seed: int, low: float, high: float, stretch: int = 60) -> Array:
@@ -32,29 +35,24 @@ def filled(
     return level
 
 
-def write(folder: Path, tables: list[Mapping[str, Array]]) -> Path:
-    folder.mkdir()
-    for k, table in enumerate(tables):
-        pd.DataFrame(table).to_csv(folder / f"day {k}.csv", index=False)
-    return folder
+def drafted_days(
+    folder: Path, day: Callable[[int], Mapping[str, Array]], days: int = 3, largest: float = 0.1
+) -> tuple[dict[str, Any], System, str]:
+    """Mapping, system and text of the system file of some days, which it predicts up to the largest gap."""
+    logs = put(folder / "raw", map(day, range(days)), "day {}.csv")
+    mapping, system = drafted(logs)
+    assert simulate(system, read_logs(logs, system)).gap.value < largest
+    return mapping, system, (logs / "system.yaml").read_text()
 
 
 def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 900.0)
         oven = filled(power, 1500.0, 4.0, 293.0, 291.0, 10.0)
-        room = np.full(N, 18.0) + 1e-3 * np.arange(N)
-        tables.append(
-            {
-                "minutes": np.arange(N) / 6.0,
-                "oven_degC": oven - 273.15,
-                "room_degC": room,
-                "P_el [kW]": power / 1e3,
-            }
-        )
-    logs = write(tmp_path / "raw", tables)
-    mapping, system = drafted(logs)
+        columns = {"oven_degC": oven - 273.15, "room_degC": np.full(N, 18.0) + 1e-3 * np.arange(N)}
+        return {"minutes": np.arange(N) / 6.0, **columns, "P_el [kW]": power / 1e3}
+
+    mapping, system, _ = drafted_days(tmp_path, day)
     assert mapping["time"] == {"column": "minutes", "unit": "min"}
     assert mapping["signals"] == {
         "T": {"column": "oven_degC", "unit": "degC"},
@@ -63,170 +61,125 @@ def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
     }
     assert values(system)["C"] == pytest.approx(1500.0, rel=0.05)
     assert values(system)["k"] == pytest.approx(4.0, rel=0.1)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_surroundings_that_are_not_logged_are_asked(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 50.0)
-        tables.append(
-            {
-                "t": np.arange(N) * 1.0,
-                "plate temp (K)": filled(power, 120.0, 0.8, 300.0, 285.0),
-                "power_W": power,
-            }
-        )
-    logs = write(tmp_path / "raw", tables)
-    _, system = drafted(logs)
-    assert "# Question: how warm are the surroundings?" in (logs / "system.yaml").read_text()
+        return {"t": T, "plate temp (K)": filled(power, 120.0, 0.8, 300.0, 285.0), "power_W": power}
+
+    _, system, text = drafted_days(tmp_path, day)
+    assert "# Question: how warm are the surroundings?" in text
     assert values(system)["T_a"] == pytest.approx(285.0, abs=3.0)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_a_boiler_with_an_inflow_and_a_drain(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         fed, drained = drive(k, 0.0, 3.0), drive(k + 10, 0.0, 3.0)
         level = filled((fed - drained) / 6e4, 0.05, 0.0, 0.5)
-        tables.append(
-            {
-                "time [s]": np.arange(N),
-                "level_cm": 100.0 * level,
-                "feed_flow_l_min": fed,
-                "drain_flow_l_min": drained,
-            }
-        )
-    logs = write(tmp_path / "raw", tables)
-    mapping, system = drafted(logs)
-    assert {name: each["column"] for name, each in mapping["signals"].items()} == {
-        "h": "level_cm",
-        "Q": "feed_flow_l_min",
-        "Q_2": "drain_flow_l_min",
-    }
-    assert "h: (Q - Q_2 - k*h - x)/A" in (logs / "system.yaml").read_text()
+        flows = {"feed_flow_l_min": fed, "drain_flow_l_min": drained}
+        return {"time [s]": np.arange(N), "level_cm": 100.0 * level, **flows}
+
+    mapping, system, text = drafted_days(tmp_path, day)
+    assert columns_of(mapping) == {"h": "level_cm", "Q": "feed_flow_l_min", "Q_2": "drain_flow_l_min"}
+    assert "h: (Q - Q_2 - k*h - x)/A" in text
     assert values(system)["A"] == pytest.approx(0.05, rel=0.05)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_an_air_receiver_with_a_valve(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         opening = drive(k, 0.0, 80.0)
         pressure = filled(opening, 4.0, 3.0, 2.0, 0.0, 0.05)
-        tables.append({"t_ms": np.arange(N) * 50.0, "valve_%": opening, "p_receiver_bar": pressure})
-    logs = write(tmp_path / "raw", tables)
-    mapping, system = drafted(logs)
+        return {"t_ms": np.arange(N) * 50.0, "valve_%": opening, "p_receiver_bar": pressure}
+
+    mapping, _, text = drafted_days(tmp_path, day)
     assert mapping["signals"]["u"] == {"column": "valve_%", "unit": "%"}
-    text = (logs / "system.yaml").read_text()
     assert "# Question: which m^3/s does u = 1 (100 %) make?" in text and "position: p" in text
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 @pytest.mark.parametrize(("sign", "equation"), [(1.0, "z: (i - x)/C"), (-1.0, "z: (-i - x)/C")])
 def test_a_capacitor_in_either_convention(tmp_path: Path, sign: float, equation: str) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         current = drive(k, -2.0, 2.0)
         voltage = filled(current, 300.0, 0.0, 20.0) + 0.03 * current
-        tables.append({"t": np.arange(N) * 1.0, "u_cap [V]": voltage, "i_cap [A]": sign * current})
-    logs = write(tmp_path / "raw", tables)
-    _, system = drafted(logs)
-    assert equation in (logs / "system.yaml").read_text()
+        return {"t": T, "u_cap [V]": voltage, "i_cap [A]": sign * current}
+
+    _, system, text = drafted_days(tmp_path, day)
+    assert equation in text
     assert values(system)["C"] == pytest.approx(300.0, rel=0.05)
     assert values(system)["R"] == pytest.approx(0.03, rel=0.1)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_a_state_of_charge(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         current = drive(k, -5.0, 3.0)
         soc = filled(current, 18000.0, 0.0, 0.8)
-        tables.append({"elapsed_s": np.arange(N) * 1.0, "SOC [%]": 100.0 * soc, "I_pack_A": current})
-    logs = write(tmp_path / "raw", tables)
-    _, system = drafted(logs)
+        return {"elapsed_s": T, "SOC [%]": 100.0 * soc, "I_pack_A": current}
+
+    _, system, _ = drafted_days(tmp_path, day)
     assert values(system)["C"] == pytest.approx(18000.0, rel=0.05)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_a_machine_of_which_only_the_speed_is_logged(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         torque = drive(k, -3.0, 3.0)
         speed = filled(torque, 0.4, 0.2, 0.0, 0.0, 0.02)
-        tables.append({"t": np.arange(N) * 0.02, "fan speed rpm": speed * 30.0 / np.pi, "torque_Nm": torque})
-    logs = write(tmp_path / "raw", tables)
-    _, system = drafted(logs)
+        return {"t": 0.02 * T, "fan speed rpm": speed * 30.0 / np.pi, "torque_Nm": torque}
+
+    _, system, text = drafted_days(tmp_path, day)
     assert values(system)["J"] == pytest.approx(0.4, rel=0.05)
-    assert "shaft: {effort: tau, unit: N m, velocity: w}" in (logs / "system.yaml").read_text()
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+    assert "shaft: {effort: tau, unit: N m, velocity: w}" in text
 
 
 def test_a_wall_that_nothing_heats_exchanges_with_what_is_heated(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         power, gas, wall = drive(k, 0.0, 400.0), np.full(N, 20.0), np.full(N, 20.0)
         for n in range(1, N):
             between = 6.0 * (gas[n - 1] - wall[n - 1])
             gas[n] = gas[n - 1] + (power[n - 1] - between - 1.0 * (gas[n - 1] - 20.0)) / 150.0
             wall[n] = wall[n - 1] + (between - 2.0 * (wall[n - 1] - 20.0)) / 700.0
         columns = {"T_gas_degC": gas, "T_wall_degC": wall, "T_amb_degC": 20.0 + 1e-4 * np.arange(N)}
-        tables.append({"t_s": np.arange(N) * 1.0, **columns, "P_burner_W": power})
-    logs = write(tmp_path / "raw", tables)
-    mapping, system = drafted(logs)
+        return {"t_s": T, **columns, "P_burner_W": power}
+
+    mapping, system, text = drafted_days(tmp_path, day)
     assert mapping["signals"]["P1"]["column"] == "P_burner_W" and "P2" not in mapping["signals"]
-    assert "T2: (g2*(T1 - T2) - k2*(T2 - T_a) - x2)/C2" in (logs / "system.yaml").read_text()
+    assert "T2: (g2*(T1 - T2) - k2*(T2 - T_a) - x2)/C2" in text
     found = values(system)
     assert [found[name] for name in ("C1", "C2", "g2")] == pytest.approx([150.0, 700.0, 6.0], rel=0.05)
-    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
 def test_a_cylinder_is_driven_by_both_of_its_chambers(tmp_path: Path) -> None:
-    tables = []
-    for k in range(3):
+    def day(k: int) -> Mapping[str, Array]:
         near, far = drive(k, 20.0, 60.0), drive(k + 10, 20.0, 60.0)
-        x, v = np.zeros(N), np.zeros(N)
-        for n in range(1, N):
-            v[n] = (
-                v[n - 1] + 0.01 * (100.0 * near[n - 1] - 60.0 * far[n - 1] - 900.0 * v[n - 1] - 1500.0) / 30.0
-            )
-            x[n] = x[n - 1] + 0.01 * v[n]
-        tables.append({"time_s": np.arange(N) * 0.01, "ram [mm]": 1e3 * x, "p1 [bar]": near, "p2 [bar]": far})
-    logs = write(tmp_path / "raw", tables)
-    _, system = drafted(logs)
-    assert "w: (k*u - k_2*u_2 - b*w - tau)/J" in (logs / "system.yaml").read_text()
+        v = filled(100.0 * near - 60.0 * far - 1500.0, 30.0, 900.0, 0.0, 0.0, 0.01)
+        return {"time_s": 0.01 * T, "ram [mm]": 10.0 * np.cumsum(v), "p1 [bar]": near, "p2 [bar]": far}
+
+    _, system, text = drafted_days(tmp_path, day, largest=np.inf)
+    assert "w: (k*u - k_2*u_2 - b*w - tau)/J" in text
     assert values(system)["k_2"] / values(system)["k"] == pytest.approx(0.6, rel=0.1)
     assert values(system)["J"] / values(system)["k"] == pytest.approx(30.0 / 1e-3, rel=0.2)
-    assert np.isfinite(simulate(system, read_logs(logs, system)).gap.value)
 
 
 def test_a_set_point_of_a_level_is_no_level(tmp_path: Path) -> None:
-    tables = []
-    for k in range(2):
+    def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 50.0)
-        table = {"t": np.arange(N) * 1.0, "temp_set_degC": drive(k, 20.0, 40.0), "power_W": power}
-        tables.append({**table, "temp_degC": filled(power, 120.0, 0.8, 20.0, 20.0)})
-    logs = write(tmp_path / "raw", tables)
-    mapping, _ = drafted(logs)
+        columns = {"temp_set_degC": drive(k, 20.0, 40.0), "power_W": power}
+        return {"t": T, **columns, "temp_degC": filled(power, 120.0, 0.8, 20.0, 20.0)}
+
+    mapping, _, text = drafted_days(tmp_path, day, 2, np.inf)
     assert mapping["signals"]["T"]["column"] == "temp_degC" and len(mapping["signals"]) == 2
-    assert "# temp_set_degC is the set point of T: the loop is closed" in (logs / "system.yaml").read_text()
+    assert "# temp_set_degC is the set point of T: the loop is closed" in text
 
 
 def test_a_pack_with_its_temperature_is_electric(tmp_path: Path) -> None:
-    tables = []
-    for k in range(2):
+    def day(k: int) -> Mapping[str, Array]:
         current = drive(k, -2.0, 2.0)
         voltage = filled(current, 300.0, 0.0, 20.0) + 0.03 * current
-        columns = {
-            "stack_voltage": voltage,
-            "stack_current": current,
-            "coolant_temp": 30.0 + 1e-3 * np.arange(N),
-        }
-        tables.append({"t_s": np.arange(N) * 1.0, **columns, "soc": 50.0 + voltage})
-    mapping, _ = drafted(write(tmp_path / "raw", tables))
-    found = {name: each["column"] for name, each in mapping["signals"].items()}
-    assert found == {"U": "stack_voltage", "i": "stack_current"}
+        beside = {"coolant_temp": 30.0 + 1e-3 * np.arange(N), "soc": 50.0 + voltage}
+        return {"t_s": T, "stack_voltage": voltage, "stack_current": current, **beside}
+
+    mapping, _, _ = drafted_days(tmp_path, day, 2, np.inf)
+    assert columns_of(mapping) == {"U": "stack_voltage", "i": "stack_current"}
 
 
 def test_a_run_that_was_broken_off_is_left_out(tmp_path: Path) -> None:

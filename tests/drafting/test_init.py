@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
-from numpy.typing import NDArray
 from scipy.io import savemat
 
+from tests.machines.folders import Array, text_of
 from tests.measurements.recorders import ANGLE, RECORDERS
 from unmodelled.api.simulation import simulate
 from unmodelled.base.errors import BadInput
@@ -23,7 +24,6 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 INERTIA, FRICTION, GRAVITY = 0.02, 0.05, 0.3
 
 
@@ -46,13 +46,23 @@ def pendulum(seed: int, n: int = 1500, period: float = 0.004) -> dict[str, Array
 LOGS = [pendulum(seed) for seed in range(3)]
 
 
+def put(folder: Path, tables: Iterable[Mapping[str, Array] | pd.DataFrame], name: str = "{}.csv") -> Path:
+    """A folder with a CSV file per table, with its number in the name."""
+    folder.mkdir(exist_ok=True)
+    for k, table in enumerate(tables):
+        pd.DataFrame(table).to_csv(folder / name.format(k), index=False)
+    return folder
+
+
 def write(folder: Path, columns: Mapping[str, str], **factors: float) -> Path:
     """A folder with a CSV file per log: columns by the names of `pendulum`, times a factor."""
-    folder.mkdir()
-    for k, log in enumerate(LOGS):
-        table = {name: log[own] * factors.get(own, 1.0) for name, own in columns.items()}
-        pd.DataFrame(table).to_csv(folder / f"run {k}.csv", index=False)
-    return folder
+    tables = ({name: log[own] * factors.get(own, 1.0) for name, own in columns.items()} for log in LOGS)
+    return put(folder, tables, "run {}.csv")
+
+
+def columns_of(mapping: Mapping[str, Any]) -> dict[str, str]:
+    """Columns by the names of their signals."""
+    return {name: signal["column"] for name, signal in mapping["signals"].items()}
 
 
 def drafted(logs: Path) -> tuple[dict[str, Any], System]:
@@ -102,8 +112,7 @@ def test_values_tell_what_columns_without_names_are(tmp_path: Path) -> None:
         table = [log["t"] + 1000.0, noise, log["speed"], log["torque"], log["angle"]]
         np.savetxt(folder / f"{k}.csv", np.column_stack(table), delimiter=",")
     mapping, system = drafted(folder)
-    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
-    assert mapping["time"]["column"] == "1" and found == {"q": "5", "w": "3", "u": "4"}
+    assert mapping["time"]["column"] == "1" and columns_of(mapping) == {"q": "5", "w": "3", "u": "4"}
     assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
 
 
@@ -134,18 +143,16 @@ def test_a_current_gets_a_torque_constant(tmp_path: Path) -> None:
 
 
 def test_several_joints_are_told_apart_by_their_numbers(tmp_path: Path) -> None:
-    folder = tmp_path / "raw"
-    folder.mkdir()
-    for k in range(2):
-        a, b = LOGS[k], LOGS[k + 1]
-        table = {"t": a["t"]}
-        for number, log in ((1, a), (2, b)):
+    tables = []
+    for logs in pairwise(LOGS):
+        table = {"t": logs[0]["t"]}
+        for number, log in enumerate(logs, 1):
             table |= {f"tau_{number}": log["torque"], f"vel_{number}": log["speed"]}
             table |= {f"pos_filt_{number}": log["angle"] * 1.001, f"pos_meas_{number}": log["angle"]}
-        pd.DataFrame(table).to_csv(folder / f"{k}.csv", index=False)
+        tables.append(table)
+    folder = put(tmp_path / "raw", tables)
     mapping, system = drafted(folder)
-    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
-    assert found == {
+    assert columns_of(mapping) == {
         f"{own}{n}": f"{name}_{n}"
         for n in (1, 2)
         for own, name in (("q", "pos_meas"), ("w", "vel"), ("u", "tau"))
@@ -170,17 +177,14 @@ def servo(seed: int) -> dict[str, Array]:
 
 @pytest.mark.parametrize("order", [("torque shoulder", "torque elbow"), ("torque elbow", "torque shoulder")])
 def test_several_joints_are_told_apart_by_their_words(tmp_path: Path, order: tuple[str, str]) -> None:
-    logs = tmp_path / "raw"
-    logs.mkdir()
-    for k in range(3):
-        one, other = LOGS[k], LOGS[(k + 1) % 3]
+    tables = []
+    for k, one in enumerate(LOGS):
         # the drives are not theirs, so that the values tell nothing
-        columns = {"shoulder pos": one["angle"], "elbow pos": other["angle"]}
-        columns |= dict(zip(order, (LOGS[(k + 2) % 3]["torque"], one["torque"]), strict=True))
-        pd.DataFrame({"t": one["t"], **columns}).to_csv(logs / f"run{k}.csv", index=False)
-    signals = drafted(logs)[0]["signals"]
-    assert [signals[name]["column"] for name in ("q1", "u1")] == ["shoulder pos", "torque shoulder"]
-    assert [signals[name]["column"] for name in ("q2", "u2")] == ["elbow pos", "torque elbow"]
+        columns = {"t": one["t"], "shoulder pos": one["angle"], "elbow pos": LOGS[(k + 1) % 3]["angle"]}
+        tables.append(columns | dict(zip(order, (LOGS[(k + 2) % 3]["torque"], one["torque"]), strict=True)))
+    found = columns_of(drafted(put(tmp_path / "raw", tables))[0])
+    assert [found[name] for name in ("q1", "u1")] == ["shoulder pos", "torque shoulder"]
+    assert [found[name] for name in ("q2", "u2")] == ["elbow pos", "torque elbow"]
 
 
 def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None:
@@ -198,14 +202,12 @@ def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None
 
 
 def test_a_joint_that_lags_far_behind_has_the_set_point_of_the_others(tmp_path: Path) -> None:
-    folder = tmp_path / "raw"
-    folder.mkdir()
-    for k in range(2):
-        log = servo(k)
+    tables = []
+    for log in map(servo, range(2)):
         late, near = (np.interp(log["t"] - lag, log["t"], log["q"]) for lag in (0.5, 0.05))
         joints = {"goal 1": log["q"], "pos 1": late, "goal 2": log["q"][::-1], "pos 2": near[::-1]}
-        pd.DataFrame({"t": log["t"], **joints}).to_csv(folder / f"{k}.csv", index=False)
-    mapping, _ = drafted(folder)
+        tables.append({"t": log["t"], **joints})
+    mapping, _ = drafted(put(tmp_path / "raw", tables))
     units = {signal["column"]: signal["unit"] for signal in mapping["signals"].values()}
     assert units == {"goal 1": "rad", "pos 1": "rad", "goal 2": "rad", "pos 2": "rad"}
 
@@ -274,10 +276,9 @@ def test_folders_with_equal_files_are_experiments(tmp_path: Path) -> None:
 
 def test_other_files_and_dead_records_are_left_out_with_the_reason(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
-    dead = {"t": LOGS[0]["t"], "theta": 0.0, "torque": LOGS[0]["torque"]}
-    pd.DataFrame(dead).to_csv(logs / "dead.csv", index=False)
-    slow = {"t": 2.0 * LOGS[0]["t"], "theta": LOGS[0]["angle"], "torque": LOGS[0]["torque"]}
-    pd.DataFrame(slow).to_csv(logs / "slow.csv", index=False)
+    table = pd.read_csv(logs / "run 0.csv")
+    table.assign(theta=0.0).to_csv(logs / "dead.csv", index=False)
+    table.assign(t=2.0 * table["t"]).to_csv(logs / "slow.csv", index=False)
     (logs / "notes.txt").write_text("a note\n")
     (logs / "other.csv").write_text("a,b\n1,2\n3,4\n")
     mapping, system = drafted(logs)
@@ -341,12 +342,9 @@ def arm_of_servos(rests: Mapping[str, bool], seed: int) -> pd.DataFrame:
 
 def test_recordings_in_which_joints_rest_stay_and_so_do_the_joints(tmp_path: Path) -> None:
     """Knee and toe move in one of four recordings, and in the last one, none does."""
-    logs = tmp_path / "raw"
-    logs.mkdir()
     moving = [{"hip", "knee"}, {"hip", "toe"}, {"hip"}, set[str]()]
-    for k, here in enumerate(moving):
-        rests = {joint: joint not in here for joint in ("hip", "knee", "toe")}
-        arm_of_servos(rests, k).to_csv(logs / f"run {k}.csv", index=False)
+    rests = [{joint: joint not in here for joint in ("hip", "knee", "toe")} for here in moving]
+    logs = put(tmp_path / "raw", map(arm_of_servos, rests, range(4)), "run {}.csv")
     mapping, system = drafted(logs)
     assert mapping["files"] == ["run 0.csv", "run 1.csv", "run 2.csv"]
     text = (logs / "mapping.yaml").read_text()
@@ -358,28 +356,22 @@ def test_recordings_in_which_joints_rest_stay_and_so_do_the_joints(tmp_path: Pat
 def test_a_record_in_which_joints_move_one_after_the_other_is_cut(tmp_path: Path) -> None:
     first, then = (arm_of_servos({"hip": not hip, "knee": hip}, 0) for hip in (True, False))
     then["t"] += 2.0 * first["t"].iloc[-1] - first["t"].iloc[-2]
-    (tmp_path / "raw").mkdir()
-    pd.concat([first, then]).to_csv(tmp_path / "raw" / "run.csv", index=False)
-    mapping, system = drafted(tmp_path / "raw")
+    logs = put(tmp_path / "raw", [pd.concat([first, then])])
+    mapping, system = drafted(logs)
     assert float(mapping["cut"].removesuffix(" s")) < first["t"].iloc[-1]
-    assert np.isfinite(simulate(system, read_logs(tmp_path / "raw", system)).gap.value)
+    assert np.isfinite(simulate(system, read_logs(logs, system)).gap.value)
 
 
 def test_elements_of_a_list_have_one_unit(tmp_path: Path) -> None:
-    logs = tmp_path / "raw"
-    logs.mkdir()
+    tables = []
     for k in range(3):
-        wide, narrow = servo(k), servo(k + 10)
-        table = {
-            "t": wide["t"],
-            "q1": np.degrees(wide["q"]),
-            "q2": 0.1 * np.degrees(narrow["q"]),
-            "goal_pos1": np.degrees(wide["goal"]),
-            "goal_pos2": 0.1 * np.degrees(narrow["goal"]),
-        }
+        table = {"t": servo(k)["t"]}
+        for joint, log, size in ((1, servo(k), 1.0), (2, servo(k + 10), 0.1)):
+            goal, q = size * np.degrees([log["goal"], log["q"]])
+            table |= {f"q{joint}": q, f"goal_pos{joint}": goal}
         assert np.ptp(table["q2"]) < 40.0 < np.ptp(table["q1"])
-        pd.DataFrame(table).to_csv(logs / f"{k}.csv", index=False)
-    mapping, _ = drafted(logs)
+        tables.append(table)
+    mapping, _ = drafted(put(tmp_path / "raw", tables))
     assert [mapping["signals"][name]["unit"] for name in ("q1", "q2", "u1", "u2")] == ["deg"] * 4
 
 
@@ -411,9 +403,7 @@ def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "tidy").mkdir()
     (tmp_path / "tidy" / "experiments.csv").write_text("id,file\n")
-    (tmp_path / "still").mkdir()
-    table = {"t": LOGS[0]["t"], "humidity": LOGS[0]["torque"]}
-    pd.DataFrame(table).to_csv(tmp_path / "still" / "a.csv", index=False)
+    put(tmp_path / "still", [{"t": LOGS[0]["t"], "humidity": LOGS[0]["torque"]}])
     (tmp_path / "zip").mkdir()
     (tmp_path / "zip" / "a.csv").write_bytes(b"PK\x03\x04" + bytes(60))
     for name, message in (
@@ -469,43 +459,37 @@ def test_names_of_elements_tell_positions_from_speeds(tmp_path: Path) -> None:
         }
         pd.DataFrame(table).to_parquet(tmp_path / f"episode_{k}.parquet")
     mapping, _ = drafted(tmp_path)
-    columns = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    columns = columns_of(mapping)
     for k, joint in ((1, "hip"), (2, "knee")):
         assert columns[f"q{k}"] == f"observation.state[{joint}.pos]"
         assert columns[f"w{k}"] == f"observation.state[{joint}.vel]"
         assert columns[f"u{k}"] == f"action[{joint}.torque]"
 
 
-ARM = """
-<mujoco><compiler angle="radian"/><worldbody>
-  <body><joint name="hip" axis="0 1 0"/><inertial pos="0 0 -0.1" mass="0.5" diaginertia="0.01 0.01 0.01"/>
-    <body pos="0 0 -0.2"><joint name="knee" axis="0 1 0"/>
-      <inertial pos="0 0 -0.1" mass="0.5" diaginertia="0.01 0.01 0.01"/>
-      <body pos="0 0 -0.2"><joint name="toe" axis="0 1 0"/>
-        <inertial pos="0 0 -0.1" mass="0.1" diaginertia="0.001 0.001 0.001"/></body></body></body>
-</worldbody></mujoco>
-"""
+def leg(folder: Path, more: str = "") -> Path:
+    """The robot file of a leg with further elements."""
+    pytest.importorskip("mujoco")
+    (folder / "leg.xml").write_text(text_of("leg.xml", ("</mujoco>", f"{more}</mujoco>")))
+    return folder / "leg.xml"
 
 
 def arm_logs(folder: Path, names: tuple[str, str], header: bool = True) -> Path:
     """Two joints, of which the second has a drive that its acceleration does not show."""
-    folder.mkdir()
     a, b = LOGS[0], LOGS[1]
     noise = np.random.default_rng(0).standard_normal(len(a["t"]))
     columns = [a["angle"], b["angle"], a["speed"], b["speed"], a["torque"], noise]
     labels = [f"{kind}_{name}" for kind in ("pos", "vel", "tau") for name in names]
     table = pd.DataFrame(dict(zip(["t", *labels], [a["t"], *columns], strict=True)))
+    folder.mkdir()
     table.to_csv(folder / "run.csv", index=False, header=header)
     return folder
 
 
 def test_a_robot_file_is_the_known_physics(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
-    robot.write_text(ARM)
+    robot, out = leg(tmp_path), tmp_path / "draft"
     init(arm_logs(tmp_path / "raw", ("hip", "knee")), robot, None, out)
     text = (out / "system.yaml").read_text()
-    assert "locked: {toe: 0}  # Question" in text and (out / "leg.xml").read_text() == ARM
+    assert "locked: {toe: 0}  # Question" in text and (out / "leg.xml").read_text() == robot.read_text()
     system = read_system(out / "system.yaml")
     assert [item.name for item in system.inputs] == ["tau_hip", "tau_knee"]
     assert [item.name for item in system.outputs] == ["q_hip", "qd_hip", "q_knee", "qd_knee"]
@@ -513,15 +497,11 @@ def test_a_robot_file_is_the_known_physics(tmp_path: Path) -> None:
 
 
 def test_gains_of_servos_in_a_robot_file_are_uncertain(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
     drives = '<actuator><position name="hip" joint="hip" kp="500" kv="5"/><motor joint="knee"/></actuator>'
-    robot.write_text(ARM.replace("</mujoco>", f"{drives}</mujoco>"))
-    raw, hip, knee = tmp_path / "raw", servo(0), servo(1)
-    raw.mkdir()
+    robot, out = leg(tmp_path, drives), tmp_path / "draft"
+    hip, knee = servo(0), servo(1)
     columns = {"t": hip["t"], "pos_hip": hip["q"], "pos_knee": knee["q"], "goal_hip": hip["goal"]}
-    pd.DataFrame(columns).to_csv(raw / "run.csv", index=False)
-    init(raw, robot, None, out)
+    init(put(tmp_path / "raw", [columns]), robot, None, out)
     assert "is it the gain of the firmware?" in (out / "system.yaml").read_text()
     system = read_system(out / "system.yaml")
     assert system.uncertain == ("hip_kp", "hip_kv")
@@ -529,9 +509,7 @@ def test_gains_of_servos_in_a_robot_file_are_uncertain(tmp_path: Path) -> None:
 
 
 def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
-    robot.write_text(ARM)
+    robot, out = leg(tmp_path), tmp_path / "draft"
     with pytest.raises(BadInput, match=r"leg.xml: has 3 joints \(hip, knee, toe\), and 2 positions"):
         init(arm_logs(tmp_path / "raw", ("a1", "a2")), robot, None, out)
     assert not out.exists()
@@ -539,15 +517,12 @@ def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
 
 def test_columns_of_other_joints_tell_a_drive(tmp_path: Path) -> None:
     mapping, _ = drafted(arm_logs(tmp_path / "raw", ("1", "2"), header=False))
-    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
-    assert found == {"q1": "2", "q2": "3", "w1": "4", "w2": "5", "u1": "6", "u2": "7"}
+    assert columns_of(mapping) == {"q1": "2", "q2": "3", "w1": "4", "w2": "5", "u1": "6", "u2": "7"}
 
 
 def test_a_logged_joint_that_follows_another_one_is_an_output(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
-    gear = '<equality><joint joint1="knee" joint2="hip" polycoef="0.1 0.5 0 0 0"/></equality></mujoco>'
-    robot.write_text(ARM.replace("</mujoco>", gear))
+    gear = '<equality><joint joint1="knee" joint2="hip" polycoef="0.1 0.5 0 0 0"/></equality>'
+    robot, out = leg(tmp_path, gear), tmp_path / "draft"
     init(arm_logs(tmp_path / "raw", ("hip", "knee")), robot, None, out)
     system = read_system(out / "system.yaml")
     assert [item.name for item in system.inputs] == ["tau_hip"]

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.drafting.test_init import INERTIA, LOGS, drafted, servo, values, write
+from tests.drafting.test_init import INERTIA, LOGS, columns_of, drafted, put, servo, values, write
 from unmodelled.api.simulation import simulate
 from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.folder import read_logs
@@ -105,8 +105,7 @@ def test_two_encoders_of_a_gear_are_one_chain(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "motor_deg": "angle", "torque": "torque"}, angle=180.0 / np.pi)
     for path in logs.iterdir():
         table = pd.read_csv(path)
-        table["table_deg"] = table["motor_deg"] / 7.25 + 12.0
-        table.to_csv(path, index=False)
+        table.assign(table_deg=table["motor_deg"] / 7.25 + 12.0).to_csv(path, index=False)
     mapping, system = drafted(logs)
     assert mapping["signals"].keys() == {"q", "u"} and len(system.outputs) == 1
     text = (logs / "mapping.yaml").read_text()
@@ -131,13 +130,8 @@ def test_a_speed_of_another_shaft_is_a_question(tmp_path: Path) -> None:
 
 
 def test_what_acts_goes_before_a_set_point(tmp_path: Path) -> None:
-    columns = {
-        "t": "t",
-        "x_mm": "angle",
-        "x_ref_mm": "angle",
-        "force_meas_N": "torque",
-        "force_cmd_N": "torque",
-    }
+    columns = {"t": "t", "x_mm": "angle", "x_ref_mm": "angle"}
+    columns |= {"force_meas_N": "torque", "force_cmd_N": "torque"}
     logs = write(tmp_path / "raw", columns, angle=100.0)
     mapping, _ = drafted(logs)
     assert mapping["signals"]["u"]["column"] == "force_meas_N"
@@ -147,42 +141,36 @@ def test_what_acts_goes_before_a_set_point(tmp_path: Path) -> None:
 
 
 def test_a_set_point_alone_says_that_the_loop_is_closed(tmp_path: Path) -> None:
-    for k in range(2):
-        log = servo(k)
-        table = {"t": log["t"], "lift_mm": 1e3 * log["q"], "lift_target_mm": 1e3 * log["goal"]}
-        pd.DataFrame(table).to_csv(tmp_path / f"{k}.csv", index=False)
-    mapping, _ = drafted(tmp_path)
+    logs = map(servo, range(2))
+    mm = ({"t": each["t"], "lift_mm": 1e3 * each["q"], "lift_target_mm": 1e3 * each["goal"]} for each in logs)
+    mapping, _ = drafted(put(tmp_path, mm))
     assert mapping["signals"]["u"] == {"column": "lift_target_mm", "unit": "mm"}
     assert "u is a set point: the loop is closed" in (tmp_path / "system.yaml").read_text()
 
 
 def test_a_supply_voltage_does_not_replace_a_set_point(tmp_path: Path) -> None:
-    for k in range(2):
-        log = servo(k)
+    tables = []
+    for k, log in enumerate(map(servo, range(2))):
         supply = 12.0 + 0.05 * np.random.default_rng(k).standard_normal(len(log["t"]))
-        table = {"t": log["t"], "tilt_rad": log["q"], "tilt_target_rad": log["goal"], "supply_V": supply}
-        pd.DataFrame(table).to_csv(tmp_path / f"{k}.csv", index=False)
-    mapping, system = drafted(tmp_path)
+        tilt = {"tilt_rad": log["q"], "tilt_target_rad": log["goal"]}
+        tables.append({"t": log["t"], **tilt, "supply_V": supply})
+    mapping, system = drafted(put(tmp_path, tables))
     assert mapping["signals"]["u"]["column"] == "tilt_target_rad"
     assert values(system)["K"] == pytest.approx(64.0, rel=0.1)
 
 
 def test_the_drives_of_all_joints_are_of_one_kind(tmp_path: Path) -> None:
     """The measured torque of the second joint is noisy, which is no reason to mix it with a command."""
+    tables = []
     for k in range(3):
         one, other = LOGS[k], LOGS[(k + 1) % 3]
         noise = 0.3 * np.random.default_rng(k).standard_normal(len(one["t"]))
         joints = {"pos1": one["angle"], "pos2": other["angle"]}
         measured = {"tau_meas1": one["torque"] + 0.05 * noise, "tau_meas2": other["torque"] + noise}
         wanted = {"tau_cmd1": one["torque"], "tau_cmd2": other["torque"]}
-        pd.DataFrame({"t": one["t"], **joints, **measured, **wanted}).to_csv(
-            tmp_path / f"{k}.csv", index=False
-        )
-    signals = drafted(tmp_path)[0]["signals"]
-    assert [signals[name]["column"] for name in ("u1", "u2")] in (
-        ["tau_meas1", "tau_meas2"],
-        ["tau_cmd1", "tau_cmd2"],
-    )
+        tables.append({"t": one["t"], **joints, **measured, **wanted})
+    found = columns_of(drafted(put(tmp_path, tables))[0])
+    assert (found["u1"], found["u2"]) in (("tau_meas1", "tau_meas2"), ("tau_cmd1", "tau_cmd2"))
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])

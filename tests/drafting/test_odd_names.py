@@ -21,25 +21,9 @@ from unmodelled.logs.mapping import read_mapping
 from unmodelled.systems.reader import read_system
 
 NAMES = (
-    "a: b, {c}",
-    "'single' and \"double\"",
-    "# no comment",
-    "50 % [x]",
-    "- dash",
-    "line\nbreak",
-    "\x1b]0;title\x07",
-    "\x7f\x85\u2028\ufeff",
-    "yes",
-    "null",
-    "1e5",
-    "Drehgeber \u00fc \U0001f600",
-    "C:\\raw\\n",
-    "*star",
-    "&anchor",
-    "!tag",
-    "? key",
-    "@at",
-    "`mark`",
+    *("a: b, {c}", "'single' and \"double\"", "# no comment", "50 % [x]", "- dash", "line\nbreak"),
+    *("\x1b]0;title\x07", "\x7f\x85\u2028\ufeff", "yes", "null", "1e5", "Drehgeber \u00fc \U0001f600"),
+    *("C:\\raw\\n", "*star", "&anchor", "!tag", "? key", "@at", "`mark`"),
 )
 UNITS = ("%", "N m", "mA", "1", "-", "kg m^2/s^2", "N·m", "°", "µm", "degC", "bar", "1/min", "m³/h", "V")
 
@@ -62,10 +46,9 @@ def test_whatever_the_unit_the_next_command_reads_the_files(tmp_path: Path, unit
     """A position in kilograms is none, and is refused; everything that is written is read."""
     beside = "torque" if quantity in ("angle", "torque") else "flow"
     for k, log in enumerate(LOGS[:2]):
-        columns = {"t": log["t"], beside: log["torque"]} | (
-            {"angle": log["angle"]} if quantity == "torque" else {}
-        )
-        columns.pop(quantity, None)
+        columns = {"t": log["t"], beside: log["torque"]}
+        if quantity == "torque":
+            columns = {"t": log["t"], "angle": log["angle"]}
         own = log["torque" if quantity == "torque" else "angle"]
         pd.DataFrame({**columns, f"{quantity} [{unit}]": own}).to_parquet(tmp_path / f"{k}.parquet")
     try:

@@ -14,7 +14,8 @@ from omegaconf import OmegaConf
 
 import unmodelled as um
 from tests.conftest import files_of
-from tests.diagnosis.diagnoses import HELD_OUT, HORIZON, JOINT, Said, diagnosis
+from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis
+from tests.diagnosis.studies import HORIZON, JOINT
 from tests.diagnosis.test_augmented import CASES
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import MARKER

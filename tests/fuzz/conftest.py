@@ -9,6 +9,13 @@ from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases, rec
 from unmodelled.base.campaign import Campaign
 
 
+@pytest.fixture
+def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine with little memory left, and processes that know."""
+    monkeypatch.setattr("unmodelled.base.limits._allowed", lambda left: 5e7)
+    monkeypatch.setattr("unmodelled.base.workers.get_start_method", lambda allow_none: "fork")
+
+
 @pytest.fixture(scope="session")
 def cases(
     tmp_path_factory: pytest.TempPathFactory, small_campaign: Campaign, jump_campaign: Campaign

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from unmodelled.base.errors import BadInput
 
@@ -44,15 +45,8 @@ TOKENS = [
     *(b"null", b"true", b"{}", b"[]", b"[" * 60, b"{", b"}", b"]", b":", b": ", b"- ", b"#", b"|", b">"),
     *(b"&a ", b"*a", b"<<: *a", b"!!python/object/apply:os.system [ls]", b"!!int ", b"%YAML 1.1\n---\n"),
     *(b"**9**9**9", b"(" * 60, b"__import__('os')", b"lambda: 0", b".__class__", b"exp(", b"diff(", b"/0"),
-    *(
-        b"../",
-        b"/etc/passwd",
-        b"PAR1",
-        b"PK\x03\x04",
-        b"${oc.env:HOME}",
-        b"\xf0\x9f\x92\xa5",
-        b"\xe2\x80\xae",
-    ),
+    *(b"../", b"/etc/passwd", b"PAR1", b"PK\x03\x04", b"${oc.env:HOME}", b"\xf0\x9f\x92\xa5"),
+    b"\xe2\x80\xae",
 ]
 
 
@@ -104,10 +98,16 @@ class Case:
             (folder / name).write_bytes(content)
 
     @classmethod
-    def of(cls, folder: Path, edits: tuple[str, ...], read: Callable[[Path], object]) -> Case:
-        """Of the files in `folder`."""
-        files = {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-        return cls(files, edits, read)
+    def of(cls, folder: Path, edits: tuple[str, ...], read: Callable[[Path], object], **more: Any) -> Case:
+        """Of the files in `folder`; no names of files that change: all."""
+        paths = sorted(path for path in folder.rglob("*") if path.is_file())
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+        return cls(files, edits or tuple(files), read, **more)
+
+    @classmethod
+    def of_file(cls, name: str, content: bytes, read: Callable[[Path], object], **more: Any) -> Case:
+        """Of one file, which `read` reads."""
+        return cls({name: content}, (name,), lambda folder: read(folder / name), **more)
 
 
 def complaint(read: Callable[[Path], object], folder: Path, *names: str) -> str:

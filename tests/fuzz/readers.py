@@ -6,7 +6,6 @@ import io
 import json
 import shutil
 import zipfile
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -75,39 +74,34 @@ def plain_cases(folder: Path) -> dict[str, Case]:
     packed = write_folder(folder / "packed", {"a": run(60), "b": run(60)}, "parquet")
     read_logs(logs, motor()).write(folder / "store")
     read_logs(logs, motor()).to_hdf5(folder / "container" / "campaign.h5", motor())
-    pd.DataFrame({"id": ["a", "b"], "y": [1.0, 2.0]}).to_csv(folder / "y.csv", index=False)
     system = {"hoist.yaml": HOIST.encode(), "converter.csv": CONVERTER.encode()}
-    clutch = {"clutch.yaml": (SYSTEMS / "clutch.yaml").read_bytes()}
     judged = diagnosis(effect("stribeck_friction", "rail", ("coulomb_friction", "rail")))
     planted = truth(("stribeck_friction", "rail"), alike=(("coulomb_friction", "rail"),))
     bounce = text({name: getattr(START, name) for name in START.__dataclass_fields__})
     overrides = yaml.safe_dump(["seed=1", "model.hidden=8", "profile.repeats=2"]).encode()
     sweep = {OVERRIDES.as_posix(): overrides, "fit.json": text({"seconds": 1.0})}
-    system_of = motor()
+    of_motor = motor()
     names = ("experiments.csv", "a.csv", "b.csv", "provenance.json")
+    stored = ("experiments.parquet", "signals.parquet", "provenance.json")
 
-    def hdf5(folder: Path) -> object:  # processes of their own read it, within a second
-        return read_logs(folder / "campaign.h5", system_of)
+    def checked(folder: Path, edits: tuple[str, ...], file: str = "", share: float = 1.0) -> Case:
+        return Case.of(folder, edits, lambda f: read_logs(f / file, of_motor), whole=finite, share=share)
 
-    packed_names, stored = ("b.parquet",), ("experiments.parquet", "signals.parquet", "provenance.json")
     return {
         "system": Case(system, ("hoist.yaml",), lambda f: read_system(f / "hoist.yaml")),
         "table": Case(system, ("converter.csv",), lambda f: read_system(f / "hoist.yaml")),
-        "events": Case(clutch, ("clutch.yaml",), lambda f: read_system(f / "clutch.yaml")),
-        "logs": _checked(Case.of(logs, names, lambda f: read_logs(f, system_of))),
-        "parquet": _checked(Case.of(packed, packed_names, lambda f: read_logs(f, system_of))),
-        "store": _checked(Case.of(folder / "store", stored, lambda f: read_logs(f, system_of))),
-        "hdf5": replace(_checked(Case.of(folder / "container", ("campaign.h5",), hdf5)), share=0.2),
-        "observations": Case(
-            {"y.csv": (folder / "y.csv").read_bytes()},
-            ("y.csv",),
-            lambda f: read_rows(f / "y.csv", ["id", "y"]),
-        ),
-        "diagnosis": Case({"d.json": text(told())}, ("d.json",), lambda f: read_told(f / "d.json")),
-        "judged": Case({"d.json": text(judged)}, ("d.json",), lambda f: read_judged(f / "d.json")),
-        "truth": Case({"t.json": text(planted)}, ("t.json",), lambda f: read_truth(f / "t.json")),
-        "refit": Case({"r.json": text(refit(True))}, ("r.json",), lambda f: read_refit(f / "r.json")),
-        "bounce": Case({"b.json": bounce}, ("b.json",), lambda f: BounceParameters.read(f / "b.json")),
+        "events": Case.of_file("clutch.yaml", (SYSTEMS / "clutch.yaml").read_bytes(), read_system),
+        "logs": checked(logs, names),
+        "parquet": checked(packed, ("b.parquet",)),
+        "store": checked(folder / "store", stored),
+        # processes of their own read it, within a second
+        "hdf5": checked(folder / "container", ("campaign.h5",), "campaign.h5", 0.2),
+        "observations": Case.of_file("y.csv", b"id,y\na,1.0\nb,2.0\n", lambda f: read_rows(f, ["id", "y"])),
+        "diagnosis": Case.of_file("d.json", text(told()), read_told),
+        "judged": Case.of_file("d.json", text(judged), read_judged),
+        "truth": Case.of_file("t.json", text(planted), read_truth),
+        "refit": Case.of_file("r.json", text(refit(True)), read_refit),
+        "bounce": Case.of_file("b.json", bounce, BounceParameters.read),
         "sweep": Case(sweep, tuple(sweep), lambda f: read_run(f, f.parent)),
     }
 
@@ -128,7 +122,7 @@ def recorder_cases(folder: Path) -> dict[str, Case]:
     (texts / "mapping.yaml").write_text(yaml.safe_dump(mapping))
     pd.DataFrame(run(60)).to_csv(texts / "a.csv", sep=";", decimal=",", index=False)
     (texts / "b.json").write_text(pd.DataFrame(run(60)).to_json(orient="records"))
-    read = _checked(Case.of(texts, ("mapping.yaml", "a.csv", "b.json"), lambda f: read_logs(f, system_of)))
+    read = Case.of(texts, (), lambda f: read_logs(f, system_of), whole=finite)
     raw = folder / "raw"
     raw.mkdir()
     for name in ("a", "b"):
@@ -139,23 +133,19 @@ def recorder_cases(folder: Path) -> dict[str, Case]:
         init(place, None, None, place / "drafts")
         return read_logs(place / "drafts", read_system(place / "drafts" / "system.yaml"))
 
-    found = {"mapping": read, "init": _checked(Case.of(raw, ("a.csv", "b.csv"), drafted))}
+    found = {"mapping": read, "init": Case.of(raw, (), drafted, whole=finite)}
     for name in ("mat", "mcap", "bag_1", "mdf", "ulog"):
         recorder, place = RECORDERS[name], folder / name
         place.mkdir()
         recorder.write(place / recorder.file)
         signals = {"angle": recorder.angle, "voltage": recorder.voltage}
-        own = {**mapping, "files": recorder.file, "signals": signals, "cut": None}
-        own |= {"time": recorder.time}
+        own = {**mapping, "files": recorder.file, "signals": signals, "cut": None, "time": recorder.time}
         text = yaml.safe_dump({key: value for key, value in own.items() if value is not None})
         (place / "mapping.yaml").write_text(text)
-        case = _checked(Case.of(place, (recorder.file,), lambda f: read_logs(f, system_of)))
-        found[name] = replace(case, share=0.1)  # a process of its own reads it, within a second or two
+        # a process of its own reads it, within a second or two
+        how = {"whole": finite, "share": 0.1}
+        found[name] = Case.of(place, (recorder.file,), lambda f: read_logs(f, system_of), **how)
     return found
-
-
-def _checked(case: Case) -> Case:
-    return Case(case.files, case.edits, case.read, finite)
 
 
 def archive_cases(folder: Path) -> dict[str, Case]:
@@ -170,16 +160,14 @@ def archive_cases(folder: Path) -> dict[str, Case]:
     savemat(recording, {"t": t, "vir": np.sin(t), "qm": np.cos(t)})
 
     def campaign(f: Path) -> object:
-        found = RawLogs(f / "campaign.zip")
+        found = RawLogs(f)
         return [found.log(int(exp)) for exp in found.parameters()["exp"]]
 
     # a process of its own reads a recording of EMPS, within a second
     return {
         **{name: _published(folder, name) for name in ("xl330", "so101", "ur10e_joint", "cascaded_tanks")},
-        "archive": Case({"campaign.zip": archive.read_bytes()}, ("campaign.zip",), campaign),
-        "recording": Case(
-            {"e.mat": recording.getvalue()}, ("e.mat",), lambda f: emps.read(f / "e.mat"), share=0.02
-        ),
+        "archive": Case.of_file("campaign.zip", archive.read_bytes(), campaign),
+        "recording": Case.of_file("e.mat", recording.getvalue(), emps.read, share=0.02),
     }
 
 
@@ -193,8 +181,7 @@ def _published(folder: Path, name: str) -> Case:
         with TemporaryDirectory() as out:
             return machine.recording(str(f)).write(Path(out), 0)
 
-    case = Case.of(folder / name, (), read)
-    return replace(case, edits=tuple(case.files), share=0.2)
+    return Case.of(folder / name, (), read, share=0.2)
 
 
 def checkpoint_cases(folder: Path, drives: Campaign, jumps: Campaign) -> dict[str, Case]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import resource
-import shutil
 import struct
 import time
 from collections.abc import Callable, Iterator
@@ -45,11 +44,6 @@ def within(seconds: float, megabytes: float) -> Iterator[None]:
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1e3 * megabytes
 
 
-@pytest.fixture
-def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("unmodelled.base.limits._allowed", lambda left: 5e7)
-
-
 def long_lists(path: Path) -> None:
     """Two million elements in some kB, as much as images."""
     lists = pa.array(np.zeros((2000, 1000)).tolist())
@@ -73,10 +67,8 @@ def test_lists_and_texts_of_parquet_files_count_with_their_size(
 ) -> None:
     content(tmp_path / "a.parquet")
     assert (tmp_path / "a.parquet").stat().st_size < 10**6
-    with (
-        within(2.0, 100.0),
-        pytest.raises(BadInput, match=r"a\.parquet.*is too large: would take .* 50 MB of them"),
-    ):
+    told = r"a\.parquet.*is too large: would take .* 50 MB of them"
+    with within(2.0, 100.0), pytest.raises(BadInput, match=told):
         tables(tmp_path / "a.parquet")
 
 
@@ -90,7 +82,7 @@ def test_long_lists_in_cells_are_not_padded(tmp_path: Path) -> None:
 
 
 def test_short_lists_in_many_rows_are_refused_before_they_are_padded(
-    tmp_path: Path, little_memory: None, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, little_memory: None
 ) -> None:
     rows = [f"{k}," for k in range(80_000)]
     rows[0] = f'0,"{[0] * 64}"'
@@ -118,28 +110,26 @@ def test_the_ending_of_a_text_does_not_unpack_it(tmp_path: Path, ending: str) ->
         tables(tmp_path / f"b.{ending}")
 
 
+def tidy(folder: Path, name: str) -> None:
+    """A log folder of one run whose file has this name."""
+    write(folder, {"a": run(60)})
+    (folder / "mapping.yaml").unlink()
+    (folder / "a.csv").rename(folder / name)
+    (folder / "experiments.csv").write_text(f"id,file,m\na,{name},0.5\n")
+
+
 def test_a_tidy_log_is_not_unpacked_by_its_ending(tmp_path: Path) -> None:
-    write(tmp_path, {"a": run(60)})
-    (tmp_path / "mapping.yaml").unlink()
-    shutil.move(tmp_path / "a.csv", tmp_path / "a.csv.bz2")
-    (tmp_path / "experiments.csv").write_text("id,file,m\na,a.csv.bz2,0.5\n")
+    tidy(tmp_path, "a.csv.bz2")
     assert len(read_logs(tmp_path, motor()).t) == 60
 
 
-def names_beside_lists(count: int) -> str:
-    words = {f"names{k}": [f"a{k}", f"b{k}"] for k in range(count)}
-    return json.dumps([{**words, **{f"x{k}": [0.5, k] for k in range(count)}}] * 2)
-
-
-def lists_of_all_lengths(count: int) -> str:
-    return json.dumps({f"x{k}": [0] * (k + 2) for k in range(count)})
-
-
+WORDS = {f"names{k}": [f"a{k}", f"b{k}"] for k in range(400)}
+LISTS = {f"x{k}": [0.5, k] for k in range(400)}
 DIGITS = "9" * 20_000 + "x"
 ROWS = "\n".join(f"{k},{k % 7}" for k in range(90))
 SLOW = {
-    "names.json": names_beside_lists(400),
-    "lengths.json": lists_of_all_lengths(400),
+    "names.json": json.dumps([{**WORDS, **LISTS}] * 2),
+    "lengths.json": json.dumps({f"x{k}": [0] * (k + 2) for k in range(400)}),
     "cell.csv": f"t,x\n0,{DIGITS}\n{ROWS}",
     "header.csv": f"t,{DIGITS}\n{ROWS}",
     "spaces.csv": f"t,x{' ' * 60_000}y\n{ROWS}",
@@ -166,12 +156,10 @@ def test_names_that_are_too_long_are_refused_in_every_format(tmp_path: Path, nam
 
 
 def test_cells_of_digits_in_a_tidy_log_take_little_time(tmp_path: Path) -> None:
-    write(tmp_path, {"a": run(60)})
-    (tmp_path / "mapping.yaml").unlink()
+    tidy(tmp_path, "a.csv")
     lines = (tmp_path / "a.csv").read_text().splitlines()
     lines[9] = f"0.016,{DIGITS},1,6"
     (tmp_path / "a.csv").write_text("\n".join(lines))
-    (tmp_path / "experiments.csv").write_text("id,file,m\na,a.csv,0.5\n")
     with within(1.0, 60.0):
         assert "row 10: column angle" in complaint(lambda f: read_logs(f, motor()), tmp_path, "a.csv")
 
@@ -216,9 +204,8 @@ def test_a_broken_link_in_a_bag_is_no_traceback(tmp_path: Path) -> None:
     data = next((tmp_path / "walk").glob("*.db3"))
     data.rename(tmp_path / "elsewhere")
     data.symlink_to(tmp_path / "nowhere")
-    assert "walk: not in format ROS bag, or damaged" in complaint(
-        lambda f: mapped(f, "walk"), tmp_path, "walk"
-    )
+    line = complaint(lambda f: mapped(f, "walk"), tmp_path, "walk")
+    assert "walk: not in format ROS bag, or damaged" in line
 
 
 class Waiting:
@@ -243,8 +230,7 @@ def test_what_waits_is_ended(
     monkeypatch.setattr(known, "readers", lambda: (Waiting(),))
     monkeypatch.setattr("unmodelled.base.workers.get_start_method", lambda allow_none: "fork")
     began = time.monotonic()
-    assert "the library for waiting crashes on it, or does not end" in complaint(
-        tables, tmp_path / "a.txt", "a.txt"
-    )
+    line = complaint(tables, tmp_path / "a.txt", "a.txt")
+    assert "the library for waiting crashes on it, or does not end" in line
     assert time.monotonic() - began < 10.0
     assert "prints" not in "".join(capfd.readouterr())

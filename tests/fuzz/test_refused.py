@@ -9,7 +9,7 @@ import pickle
 import resource
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import h5py
@@ -71,6 +71,10 @@ EXPRESSIONS = [
     *("(" * 200 + "F_rail" + ")" * 200, "-" * 5000 + "F_rail", "+".join(["F_rail"] * 5000), "F_rail; x"),
     *("log(-1)*F_rail", "sqrt(-1) + F_rail", "open('hacked', 'w')", "x and F_rail", "F_rail, x", "'F_rail'"),
 ]
+NUMBERS = [
+    *("nan", ".inf", "-.inf", "1e999", "9" * 5000, "heavy", "''", "[1]"),
+    *("8,5", "0x1F", "1_0", "{}", "true", "null", "1:30", "8.5e"),
+]
 SYSTEMS: list[Change] = [
     whole(""),
     whole(b"\0" * 100),
@@ -89,15 +93,8 @@ SYSTEMS: list[Change] = [
     put("name: hoist", "name: &hoist hoist"),
     put("name: hoist", "name: ../hoist"),
     put("parameters:", "parametres:"),
-    *(
-        put(MASS, f"  M:  {{value: {v}")
-        for v in ("nan", ".inf", "-.inf", "1e999", "9" * 5000, "heavy", "''", "[1]")
-    ),
-    *(put(MASS, f"  M:  {{value: {v}") for v in ("8,5", "0x1F", "1_0", "{}", "true", "null", "1:30", "8.5e")),
-    put("M:  {value: 8.5, unit: kg}", "M:  {value: 8.5, unit: mm}"),
-    put("M:  {value: 8.5, unit: kg}", "M:  {value: 8.5, unit: s}"),
-    put("M:  {value: 8.5, unit: kg}", "M:  {value: 8.5, unit: kg, unit: kg}"),
-    put("M:  {value: 8.5, unit: kg}", "M:  {value: 8.5, unit: kg**999999999}"),
+    *(put(MASS, f"  M:  {{value: {value}") for value in NUMBERS),
+    *(put(f"{MASS}, unit: kg", f"{MASS}, unit: {u}") for u in ("mm", "s", "kg, unit: kg", "kg**999999999")),
     put("bounds: [5, 90]", "bounds: [90, 5]"),
     put("bounds: [5, 90]", "bounds: [40, 90]"),
     put("  x: v\n", "  x: v\n  x: v\n"),
@@ -158,10 +155,7 @@ JSON: list[Change] = [
     whole("[" * 100_000 + "]" * 100_000),
     whole("null"),
     whole("9" * 5000),
-    put('"confidence": 0.8', '"confidence": NaN'),
-    put('"confidence": 0.8', '"confidence": 1e999'),
-    put('"confidence": 0.8', '"confidence": "high"'),
-    put('"confidence": 0.8', '"confidence": true'),
+    *(put('"confidence": 0.8', f'"confidence": {value}') for value in ("NaN", "1e999", '"high"', "true")),
     put('"verdict": "effect"', '"verdict": "guilty"'),
     put('"floor": 0.01', '"flour": 0.01'),
     put('"effects": [', '"effects": [7, '),
@@ -173,23 +167,24 @@ CASES = [
 ]
 
 
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder, in which what is executed would leave a file."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.mark.parametrize(("name", "file", "change"), CASES)
 def test_what_is_wrong_is_refused(
-    name: str,
-    file: str,
-    change: Change,
-    cases: dict[str, Case],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    name: str, file: str, change: Change, cases: dict[str, Case], here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    folder, case = tmp_path / "input", cases[name]
+    folder, case = here / "input", cases[name]
     case.put(folder)
     (folder / file).write_bytes(change(case.files[file]))
     begin = time.perf_counter()
     assert complaint(case.read, folder, file)
     assert time.perf_counter() - begin < 10.0
-    assert [path.name for path in tmp_path.iterdir()] == ["input"]
+    assert [path.name for path in here.iterdir()] == ["input"]
 
 
 class Evil:
@@ -199,15 +194,9 @@ class Evil:
         return Path.touch, (Path("hacked"),)
 
 
-def legacy(content: object) -> bytes:
+def saved(content: object, zipped: bool = True) -> bytes:
     buffer = io.BytesIO()
-    torch.save(content, buffer, _use_new_zipfile_serialization=False)
-    return buffer.getvalue()
-
-
-def saved(content: object) -> bytes:
-    buffer = io.BytesIO()
-    torch.save(content, buffer)
+    torch.save(content, buffer, _use_new_zipfile_serialization=zipped)
     return buffer.getvalue()
 
 
@@ -222,7 +211,7 @@ def flipped(content: bytes) -> bytes:
 ABOUT = {"class": "Linear", "about": {}}
 CHECKPOINTS: list[Change] = [
     whole(saved({**ABOUT, "state": Evil()})),
-    whole(legacy({**ABOUT, "state": Evil()})),
+    whole(saved({**ABOUT, "state": Evil()}, zipped=False)),
     whole(pickle.dumps(Evil())),
     whole(saved({**ABOUT, "state": {}})),
     whole(saved({**ABOUT, "state": {"coefficients": torch.zeros(3)}})),
@@ -237,14 +226,13 @@ CHECKPOINTS: list[Change] = [
 @pytest.mark.parametrize("name", ["linear", "hybrid", "lstm"])
 @pytest.mark.parametrize("change", CHECKPOINTS)
 def test_a_checkpoint_that_is_none_is_refused(
-    name: str, change: Change, cases: dict[str, Case], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, change: Change, cases: dict[str, Case], here: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    case = cases[name]
-    case.put(tmp_path / "fit")
-    (tmp_path / "fit" / case.edits[0]).write_bytes(change(case.files[case.edits[0]]))
-    assert complaint(case.read, tmp_path / "fit", case.edits[0])
-    assert [path.name for path in tmp_path.iterdir()] == ["fit"]
+    case, folder = cases[name], here / "fit"
+    case.put(folder)
+    (folder / case.edits[0]).write_bytes(change(case.files[case.edits[0]]))
+    assert complaint(case.read, folder, case.edits[0])
+    assert [path.name for path in here.iterdir()] == ["fit"]
 
 
 def test_a_store_tells_when_a_bit_of_it_has_changed(cases: dict[str, Case], tmp_path: Path) -> None:
@@ -275,12 +263,15 @@ def test_what_is_no_regular_file_is_not_read(name: str, cases: dict[str, Case], 
         path.write_bytes(case.files[file])
 
 
+def packed(columns: Mapping[str, object]) -> bytes:
+    buffer = io.BytesIO()
+    pq.write_table(pa.table(columns), buffer, compression="zstd")
+    return buffer.getvalue()
+
+
 def bomb_table() -> bytes:
     """Four million rows of numbers in some kB."""
-    zeros = np.zeros(4 * 10**6)
-    buffer = io.BytesIO()
-    pq.write_table(pa.table({"t": zeros, "angle": zeros, "voltage": zeros}), buffer, compression="zstd")
-    return buffer.getvalue()
+    return packed(dict.fromkeys(("t", "angle", "voltage"), np.zeros(4 * 10**6)))
 
 
 def bomb_hdf5() -> bytes:
@@ -297,10 +288,7 @@ def bomb_hdf5() -> bytes:
 def bomb_texts() -> bytes:
     """Ten thousand times the same long text, which a Parquet file holds once."""
     long = pa.array(["x" * 10_000]).take(pa.array(np.zeros(10**4, np.int32)))
-    table = pa.table({"exp": pa.array(np.arange(10**4)), "id": long})
-    buffer = io.BytesIO()
-    pq.write_table(table, buffer, compression="zstd")
-    return buffer.getvalue()
+    return packed({"exp": pa.array(np.arange(10**4)), "id": long})
 
 
 def bomb_archive() -> bytes:
@@ -360,14 +348,11 @@ def test_a_small_file_cannot_ask_for_all_memory(
     bomb: Callable[[], bytes],
     cases: dict[str, Case],
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    little_memory: None,
 ) -> None:
     """Of a file that grows when it is read both sizes are said, and nothing of it is read."""
     content, case = bomb(), cases[name]
     assert len(content) < 4 * 10**6
-    # a machine with little memory left, and processes that know
-    monkeypatch.setattr("unmodelled.base.limits._allowed", lambda left: 5e7)
-    monkeypatch.setattr("unmodelled.base.workers.get_start_method", lambda allow_none: "fork")
     case.put(tmp_path)
     (tmp_path / file).write_bytes(content)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from tests.inspection.machines import SCREW, integrated, rounded
+from tests.inspection.machines import SCREW, rounded
+from tests.machines.folders import Array
 
-Array = NDArray[np.float64]
 Frames = dict[str, pd.DataFrame]
 
 
@@ -49,17 +48,15 @@ def dropped(frames: Frames, column: str, share: float = 0.05, seed: int = 2) -> 
 def wrapped(frames: Frames, column: str, count: float, bits: int) -> Frames:
     """Let the counter of a channel overflow, from its largest to its smallest number."""
     half = 2 ** (bits - 1)
-    return _each(
-        frames, column, lambda v, _: count * (np.remainder(np.round(v / count) + half, 2 * half) - half)
-    )
+    over = lambda v, _: count * (np.remainder(np.round(v / count) + half, 2 * half) - half)  # noqa: E731
+    return _each(frames, column, over)
 
 
 def emptied(frames: Frames, column: str, count: float, bits: int) -> Frames:
     """Let the counter of a channel fall to zero where it overflows."""
     top = 2 ** (bits - 1) - 1
-    return _each(
-        frames, column, lambda v, _: count * np.sign(v) * np.remainder(np.abs(np.round(v / count)), top)
-    )
+    over = lambda v, _: count * np.sign(v) * np.remainder(np.abs(np.round(v / count)), top)  # noqa: E731
+    return _each(frames, column, over)
 
 
 def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frames:
@@ -74,19 +71,15 @@ def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frame
 
 
 def _screw(
-    force: Callable[[Array, np.random.Generator], Array], rates: object = None, count: float = 2e-6
+    force: Callable[[Array, np.random.Generator], Array],
+    rates: Callable[[Array, Array], Array] = SCREW.rates,
+    count: float = 2e-6,
 ) -> Frames:
     """Return logs of the ball screw with other forces, laws or encoder."""
-    machine = replace(
-        SCREW, **({"rates": rates} if rates else {}), logged=lambda x, rng: {"s": rounded(x[0], count)}
-    )
     rng, t = np.random.default_rng(5), SCREW.period * np.arange(1600)
     u = np.array([force(t, rng) for _ in range(4)])
-    x = integrated(machine, u)
-    return {
-        f"run{k + 1}": pd.DataFrame({"t": t, "force": u[k], "s": machine.logged(x, rng)["s"][k]})
-        for k in range(4)
-    }
+    s = rounded(replace(SCREW, rates=rates).states_at(u)[0], count)
+    return {f"run{k + 1}": pd.DataFrame({"t": t, "force": u[k], "s": s[k]}) for k in range(4)}
 
 
 def _slow(t: Array, rng: np.random.Generator) -> Array:

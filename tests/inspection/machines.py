@@ -1,4 +1,4 @@
-"""Small machines with an integrator of their own, whose logs take every fault that a look can find."""
+"""Small machines whose logs take every fault that a look can find."""
 
 from __future__ import annotations
 
@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-#: Steps of the integrator in a sampling period.
-SUBSTEPS = 10
+from tests.machines.folders import Array, motion, text_of
 
 
 @dataclass(frozen=True)
@@ -44,26 +41,17 @@ class Machine:
         """Return faultless logs of runs with inputs of several sines."""
         rng, t = np.random.default_rng(seed), self.period * np.arange(samples)
         u = self.inputs(self.force * np.array([_sines(t, rng) for _ in range(runs)]))
-        columns = self.logged(integrated(self, u), rng)
+        columns = {self.drive: u, **self.logged(self.states_at(u), rng)}
         return {
-            f"run{k + 1}": pd.DataFrame(
-                {"t": t, self.drive: u[k], **{name: values[k] for name, values in columns.items()}}
-            )
+            f"run{k + 1}": pd.DataFrame({"t": t, **{name: values[k] for name, values in columns.items()}})
             for k in range(runs)
         }
 
-
-def integrated(machine: Machine, u: Array) -> Array:
-    """Return states (states, runs, samples) for inputs (runs, samples) by the midpoint rule."""
-    x = np.zeros((machine.states, len(u)))
-    x[0] = machine.start * np.linspace(0.5, 1.0, len(u))
-    path, h = [x], machine.period / SUBSTEPS
-    for a, b in zip(u.T[:-1], u.T[1:], strict=True):
-        for k in range(SUBSTEPS):
-            now, middle = (a + (k + part) / SUBSTEPS * (b - a) for part in (0.0, 0.5))
-            x = x + h * machine.rates(x + 0.5 * h * machine.rates(x, now), middle)
-        path.append(x)
-    return np.moveaxis(np.array(path), 0, -1)
+    def states_at(self, u: Array) -> Array:
+        """Return states (states, runs, samples) for inputs (runs, samples)."""
+        x = np.zeros((self.states, len(u)))
+        x[0] = self.start * np.linspace(0.5, 1.0, len(u))
+        return np.moveaxis(motion(self.rates, x, u.T, self.period), 0, -1)
 
 
 def _sines(t: Array, rng: np.random.Generator) -> Array:
@@ -77,16 +65,7 @@ def rounded(values: Array, step: float) -> Array:
 
 #: Ball screw with an encoder of 2 um a count.
 SCREW = Machine(
-    """
-schema: system/1
-name: screw
-states: {s: {unit: m}, v: {unit: m/s}}
-inputs: {force: {unit: N}}
-outputs: {s: {unit: m}}
-parameters: {m: {value: 12.0, unit: kg}, b: {value: 40.0, unit: N s/m, identify: true, bounds: [0, 400]}}
-ports: {rail: {effort: F_l, unit: N, position: s, velocity: v}}
-dynamics: {s: v, v: (force - b*v - F_l)/m}
-""",
+    text_of("screw.yaml"),
     lambda x, u: np.array([x[1], (u - 40.0 * x[1]) / 12.0]),
     states=2,
     force=40.0,
@@ -96,19 +75,7 @@ dynamics: {s: v, v: (force - b*v - F_l)/m}
 )
 #: Pendulum with a noisy angle and a tachometer.
 PENDULUM = Machine(
-    """
-schema: system/1
-name: swing
-states: {phi: {unit: rad}, rate: {unit: rad/s}}
-inputs: {torque: {unit: N m}}
-outputs: {phi: {unit: rad}, tacho: {unit: rad/s, expression: rate}}
-parameters:
-  J: {value: 0.05, unit: kg m^2}
-  mgl: {value: 2.0, unit: N m}
-  d: {value: 0.05, unit: N m s/rad, identify: true, bounds: [0, 1]}
-ports: {pin: {effort: T_l, unit: N m, position: phi, velocity: rate}}
-dynamics: {phi: rate, rate: (torque - mgl*sin(phi) - d*rate - T_l)/J}
-""",
+    text_of("swing.yaml"),
     lambda x, u: np.array([x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1]) / 0.05]),
     states=2,
     force=0.6,
@@ -121,15 +88,7 @@ dynamics: {phi: rate, rate: (torque - mgl*sin(phi) - d*rate - T_l)/J}
 )
 #: Heater with a thermocouple behind a converter of 0.05 K, and no position.
 HEATER = Machine(
-    """
-schema: system/1
-name: heater
-states: {T: {unit: K}}
-inputs: {power: {unit: W}}
-outputs: {T: {unit: K}}
-parameters: {C: {value: 20.0, unit: J/K}, G: {value: 2.0, unit: W/K, identify: true, bounds: [0, 20]}}
-dynamics: {T: (power - G*T)/C}
-""",
+    text_of("heater.yaml"),
     lambda x, u: np.array([(u - 2.0 * x[0]) / 20.0]),
     states=1,
     force=200.0,

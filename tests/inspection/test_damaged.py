@@ -9,19 +9,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 import unmodelled as um
 from tests.inspection import faults
 from tests.inspection.machines import PENDULUM, SCREW, Machine
-from tests.machines.folders import system_of
+from tests.machines.folders import Array, system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Frames = dict[str, pd.DataFrame]
 
 #: Machines with a dry friction that their system files leave out.
@@ -38,8 +36,11 @@ SLIDE = replace(
 HELD = 20
 
 
-def scaled(column: str, factor: float) -> Callable[[Frames], Frames]:
-    return lambda frames: {name: f.assign(**{column: factor * f[column]}) for name, f in frames.items()}
+def scaled(columns: str, factor: float) -> Callable[[Frames], Frames]:
+    return lambda frames: {
+        name: f.assign(**{column: factor * f[column] for column in columns.split()})
+        for name, f in frames.items()
+    }
 
 
 def swapped(column: str) -> Callable[[Frames], Frames]:
@@ -67,13 +68,7 @@ def as_measurement(output: str, command: str) -> Callable[[Frames], Frames]:
 DAMAGED = {
     "electrical speed": (SWING, scaled("tacho", 4.0), "slope", ("tacho",), True),
     "time in millions of seconds": (SLIDE, scaled("t", 1e-6), "megaseconds", ("t",), True),
-    "angles in nanoradians": (
-        SWING,
-        lambda f: scaled("phi", 1e9)(scaled("tacho", 1e9)(f)),
-        "nano",
-        None,
-        True,
-    ),
+    "angles in nanoradians": (SWING, scaled("phi tacho", 1e9), "nano", None, True),
     "inputs of other runs": (SWING, swapped("torque"), "other_run", ("torque",), True),
     "command logged rarely": (SWING, held("torque", HELD), "slow", ("torque",), True),
     "no command": (SWING, scaled("torque", 0.0), "constant", ("torque",), True),

@@ -8,10 +8,10 @@ import time
 import numpy as np
 import pytest
 
-import unmodelled as um
 from tests.inspection import faults
 from tests.inspection.faults import Frames
 from tests.inspection.machines import MACHINES, PENDULUM, SCREW
+from tests.machines.folders import system_of
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
 from unmodelled.logs.logs import Logs
@@ -23,11 +23,8 @@ FOUND = re.compile("spikes|falls to 0|overflows|freezes")
 
 @pytest.fixture(scope="module")
 def systems(tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
-    folder, read = tmp_path_factory.mktemp("systems"), {}
-    for name, machine in MACHINES.items():
-        (folder / f"{name}.yaml").write_text(machine.system)
-        read[name] = um.read_system(folder / f"{name}.yaml")
-    return read
+    folder = tmp_path_factory.mktemp("systems")
+    return {name: system_of(machine.system, folder) for name, machine in MACHINES.items()}
 
 
 def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
@@ -37,40 +34,25 @@ def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
 
 #: Machine, fault, words of the one note, error that may remain in nearly all samples.
 CASES = {
-    "garbage of an encoder": ("screw", lambda f: faults.spiked(f, "s", 3.0), "s has .* spikes", 1e-4),
-    "small spikes of an angle": ("swing", lambda f: faults.spiked(f, "phi", 0.5), "phi has .* spikes", 0.01),
-    "garbage of a thermocouple": ("heater", lambda f: faults.spiked(f, "T", 4e3), "T has .* spikes", 0.6),
-    "dropouts of an angle": ("swing", lambda f: faults.dropped(f, "phi"), "phi falls to 0 in", 0.1),
-    "dropouts of a command": (
-        "heater",
-        lambda f: faults.dropped(f, "power", 0.01),
-        "power falls to 0 in",
-        50.0,
-    ),
-    "counter of 16 bits": (
-        "screw",
-        lambda f: faults.wrapped(f, "s", 2e-6, 16),
-        "s jumps by 65536 counts",
-        1e-9,
-    ),
-    "counter that empties": (
-        "screw",
-        lambda f: faults.emptied(f, "s", 2e-6, 16),
-        "s jumps by 32767 counts",
-        1e-9,
-    ),
-    "frozen encoder": ("screw", lambda f: faults.frozen(f, "s", 60), "s freezes 4 times", 0.0),
-    "frozen angle": ("swing", lambda f: faults.frozen(f, "phi", 40), "phi freezes [34] times", 0.0),
-    "frozen tachometer": ("swing", lambda f: faults.frozen(f, "tacho", 40), "tacho freezes 4 times", 0.0),
-    "frozen command": ("heater", lambda f: faults.frozen(f, "power", 50), "power freezes [34] times", 0.0),
+    "garbage of an encoder": ("screw", (faults.spiked, "s", 3.0), "s has .* spikes", 1e-4),
+    "small spikes of an angle": ("swing", (faults.spiked, "phi", 0.5), "phi has .* spikes", 0.01),
+    "garbage of a thermocouple": ("heater", (faults.spiked, "T", 4e3), "T has .* spikes", 0.6),
+    "dropouts of an angle": ("swing", (faults.dropped, "phi"), "phi falls to 0 in", 0.1),
+    "dropouts of a command": ("heater", (faults.dropped, "power", 0.01), "power falls to 0 in", 50.0),
+    "counter of 16 bits": ("screw", (faults.wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
+    "counter that empties": ("screw", (faults.emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
+    "frozen encoder": ("screw", (faults.frozen, "s", 60), "s freezes 4 times", 0.0),
+    "frozen angle": ("swing", (faults.frozen, "phi", 40), "phi freezes [34] times", 0.0),
+    "frozen tachometer": ("swing", (faults.frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
+    "frozen command": ("heater", (faults.frozen, "power", 50), "power freezes [34] times", 0.0),
 }
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_fault_is_found_and_cured(case: str, systems: dict[str, System]) -> None:
-    name, spoil, words, error = CASES[case]
+    name, (spoil, *how), words, error = CASES[case]
     frames = MACHINES[name].frames()
-    logs, found = looked(systems[name], spoil(frames))
+    logs, found = looked(systems[name], spoil(frames, *how))
     assert len(found) == 1 and re.match(words, found[0]), logs.notes
     assert re.search(r"\(the first one at t = [\d.]+ s of run1\)", found[0])
     if "freezes" in found[0]:

@@ -17,7 +17,8 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from tests.browser import faults, opened
-from tests.diagnosis.diagnoses import ANGLE, JOINT, Said, diagnosis
+from tests.diagnosis.diagnoses import Said, diagnosis
+from tests.diagnosis.studies import ANGLE, JOINT
 from tests.report.test_simulation_script import simulated
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.figure_tables import write_tables

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
 from tests.diagnosis.diagnoses import Said, added_to, diagnosis, known, told
-from tests.diagnosis.test_battery import CELL, record
+from tests.diagnosis.test_stores import CELL, record
 from tests.machines.folders import system_of
 from unmodelled.diagnosis.answer.live import live
 from unmodelled.diagnosis.data.recording import Recording

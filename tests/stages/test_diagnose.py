@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from tests.conftest import files_of
-from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
+from tests.diagnosis.diagnoses import Said, diagnosis, known
+from tests.diagnosis.studies import HORIZON, JOINT
 from unmodelled.api import answer as api
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json

@@ -21,14 +21,7 @@ import time
 from pathlib import Path
 
 from tests.graph.tiny import write_project
-from tests.survival.disturbances import (
-    damage_cache,
-    full_disk,
-    interrupted,
-    read_only,
-    two_at_once,
-    users_folder,
-)
+from tests.survival import disturbances
 from tests.survival.inspection import differences, half_written, metrics, results
 
 #: Shortest time until a kill, s.
@@ -44,9 +37,7 @@ class Project:
         # compiled kernels are killed half-written, too
         own = {"HYBRID_DYNAMICS_CACHE": f"{folder}/kernels", "DVC_SITE_CACHE_DIR": f"{folder}/site"}
         path = f"{venv / 'bin'}{os.pathsep}{os.environ['PATH']}"
-        outside = {
-            name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))
-        }
+        outside = {name: v for name, v in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
         self.environment = {**outside, **own, "PATH": path, "OMP_NUM_THREADS": "1"}
         self.command = ["make", f"--old-file={venv}/ready", f"VENV={venv}", "repro"]
         if target:
@@ -55,14 +46,8 @@ class Project:
     def start(self) -> subprocess.Popen[bytes]:
         """Begin in a process group of its own; what is said goes to `log`."""
         with (self.folder / "log").open("ab") as log:
-            return subprocess.Popen(
-                self.command,
-                cwd=self.folder,
-                env=self.environment,
-                stdout=log,
-                stderr=log,
-                start_new_session=True,
-            )
+            how = {"cwd": self.folder, "env": self.environment, "stdout": log, "stderr": log}
+            return subprocess.Popen(self.command, start_new_session=True, **how)  # type: ignore[call-overload]
 
     def complete(self) -> float:
         """Run to the end and return how long it took, s.
@@ -71,9 +56,7 @@ class Project:
             RuntimeError: when it fails.
         """
         begin = time.monotonic()
-        if code := self.start().wait():
-            last = (self.folder / "log").read_text(errors="replace")[-2000:]
-            raise RuntimeError(f"exit code {code}:\n{last}")
+        self.check(self.start().wait())
         return time.monotonic() - begin
 
     def kill_after(self, seconds: float) -> bool:
@@ -89,10 +72,14 @@ class Project:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
             return True
+        self.check(code, ", it needs help after a kill")
+        return False
+
+    def check(self, code: int, why: str = "") -> None:
+        """Raise RuntimeError with the end of the log, unless it ended well."""
         if code:
             last = (self.folder / "log").read_text(errors="replace")[-2000:]
-            raise RuntimeError(f"exit code {code}, it needs help after a kill:\n{last}")
-        return False
+            raise RuntimeError(f"exit code {code}{why}:\n{last}")
 
     def forget(self) -> None:
         """Remove all that the graph made, so that there is something to kill again."""
@@ -114,9 +101,7 @@ def killed_again_and_again(project: Project, kills: int, longest: float, seed: i
         flaws = half_written(project.folder)
         found += flaws
         count = sum(1 for _ in results(project.folder))
-        print(
-            f"kill {done}/{kills} after {seconds:.1f} s: {count} results, {len(flaws)} not whole", flush=True
-        )
+        print(f"kill {done}/{kills} after {seconds:.1f} s: {count} results, {len(flaws)} not whole")
         print("".join(f"  {flaw}\n" for flaw in flaws), end="", flush=True)
     return found
 
@@ -124,13 +109,13 @@ def killed_again_and_again(project: Project, kills: int, longest: float, seed: i
 def disturbed(project: Project, seed: int) -> list[str]:
     """Everything else that can happen, on what the last kill left; what went wrong, a line each."""
     found = []
-    for disturb in (full_disk, read_only, interrupted, two_at_once, users_folder):
+    for disturb in disturbances.ALL:
         name = disturb.__name__.replace("_", " ")
         flaw = disturb(project.command, project.folder, project.environment)
         flaws = [*([f"{name}: {flaw}"] if flaw else []), *half_written(project.folder)]
         print(f"{name}: " + ("\n  ".join(["", *flaws]) if flaws else "as it must be"), flush=True)
         found += flaws
-    print(f"damaged {damage_cache(project.folder, seed)} files of the cache", flush=True)
+    print(f"damaged {disturbances.damage_cache(project.folder, seed)} files of the cache", flush=True)
     return found
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 #: Of a file, bytes: less than most results and DVC's own notes need.
 LIMIT = 20_000
@@ -24,9 +25,7 @@ def full_disk(command: list[str], folder: Path, environment: dict[str, str]) -> 
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, LIMIT))
 
-    return _refused(
-        subprocess.run(command, cwd=folder, env=environment, capture_output=True, preexec_fn=small)
-    )
+    return _refused(command, folder, environment, preexec_fn=small)
 
 
 def read_only(command: list[str], folder: Path, environment: dict[str, str]) -> str:
@@ -34,18 +33,12 @@ def read_only(command: list[str], folder: Path, environment: dict[str, str]) -> 
     if os.geteuid() != 0:
         return ""
     folder.parent.chmod(0o755)
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        env={**environment, "HOME": "/nonexistent"},
-        capture_output=True,
-        user=NOBODY,
-        group=NOBODY,
-    )
-    return _refused(done)
+    return _refused(command, folder, {**environment, "HOME": "/nonexistent"}, user=NOBODY, group=NOBODY)
 
 
-def _refused(done: subprocess.CompletedProcess[bytes]) -> str:
+def _refused(command: list[str], folder: Path, environment: dict[str, str], **how: Any) -> str:
+    """Run what must be refused in a line; what is wrong with how it ended, if anything."""
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, **how)
     said = (done.stdout + done.stderr).decode(errors="replace")
     if done.returncode == 0:
         return "was not refused"
@@ -72,8 +65,7 @@ def users_folder(command: list[str], folder: Path, environment: dict[str, str]) 
         ["simulate", system, "logs=pendulum_logs", "out=mine/../pendulum_logs"],
         ["diagnose", system, "logs=pendulum_logs", "out=pendulum_logs/answer"],
     ):
-        done = subprocess.run([*verb, *arguments], cwd=folder, env=environment, capture_output=True)
-        if flaw := _refused(done):
+        if flaw := _refused([*verb, *arguments], folder, environment):
             return f"{' '.join(arguments)}: {flaw}"
         if _contents(mine, folder / "pendulum_logs") != before:
             return f"{' '.join(arguments)}: files were lost or added"
@@ -84,16 +76,16 @@ def _contents(*folders: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for f in folders for path in sorted(f.rglob("*")) if path.is_file()}
 
 
+def _started(
+    command: list[str], folder: Path, environment: dict[str, str], **how: Any
+) -> subprocess.Popen[bytes]:
+    said = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    return subprocess.Popen(command, cwd=folder, env=environment, **said, **how)
+
+
 def interrupted(command: list[str], folder: Path, environment: dict[str, str]) -> str:
     """Press Ctrl-C after a while; no verb says more than a line."""
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        start_new_session=True,
-    )
+    process = _started(command, folder, environment, start_new_session=True)
     try:
         said, _ = process.communicate(timeout=SECONDS)
     except subprocess.TimeoutExpired:
@@ -107,12 +99,7 @@ def interrupted(command: list[str], folder: Path, environment: dict[str, str]) -
 
 def two_at_once(command: list[str], folder: Path, environment: dict[str, str]) -> str:
     """Run twice, side by side; one must end well, the other one too unless DVC names the one in its way."""
-    both = [
-        subprocess.Popen(
-            command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-        )
-        for _ in range(2)
-    ]
+    both = [_started(command, folder, environment) for _ in range(2)]
     said = [process.communicate()[0].decode(errors="replace") for process in both]
     failed = [text for text, process in zip(said, both, strict=True) if process.returncode]
     refused = [text for text in failed if "is being blocked by" in text and "Traceback" not in text]
@@ -131,3 +118,6 @@ def damage_cache(folder: Path, seed: int, count: int = 10) -> int:
         path.write_bytes(content)
         path.chmod(0o444)
     return len(chosen)
+
+
+ALL = (full_disk, read_only, interrupted, two_at_once, users_folder)
