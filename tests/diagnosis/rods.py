@@ -8,32 +8,10 @@ import mujoco
 import numpy as np
 import pandas as pd
 
-from tests.machines.folders import write_runs
+from tests.machines.folders import text_of, write_runs
 
-MJCF = """<mujoco model="rod">
-  <!-- of a flyer -->
-  <worldbody>
-    <body name="rod">
-      <joint name="pin" axis="0 1 0" armature="0.002"/>
-      <inertial mass="0.8" pos="0 0 -0.2" diaginertia="0.01 0.01 0.001"/>
-    </body>
-  </worldbody>
-  <actuator><motor name="drive" joint="pin"/></actuator>
-</mujoco>
-"""
-URDF = """<?xml version="1.0"?>
-<!-- of a flyer -->
-<robot name="rod">
-  <link name="base"/>
-  <joint name="pin" type="continuous">
-    <parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
-  </joint>
-  <link name="rod">
-    <inertial><origin xyz="0 0 -0.2"/><mass value="0.8"/>
-      <inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
-  </link>
-</robot>
-"""
+MJCF = text_of("rod.xml")
+URDF = text_of("rod.urdf")
 SYSTEM = "schema: system/1\nname: rod\nmodel: {}\ninputs: {{{}: {{column: u, hold: true}}}}\n"
 FRICTION, ROTOR, GIVEN_ROTOR = 0.1, 0.008, 0.002
 PERIOD, SAMPLES, RUNS = 0.01, 150, 4

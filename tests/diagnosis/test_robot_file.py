@@ -1,4 +1,4 @@
-"""The robot file of an answer: patched, run in MuJoCo along held-out experiments, written and shown."""
+"""Robots: dry friction that is named, and the robot file of an answer, patched, run in MuJoCo and shown."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import pandas as pd
 import pytest
 
 import unmodelled as um
 from tests.diagnosis.diagnoses import Said, told
 from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write_rod
+from tests.machines.folders import Array, read_case, recorded, text_of
 from tests.physics.effects.benches import SYSTEMS
 from tests.physics.robot.mechanisms import system_of
 from unmodelled.base.files import read_json
@@ -22,12 +24,14 @@ from unmodelled.diagnosis.answer.sentences import robot_sentences
 from unmodelled.diagnosis.answer.take_home import take_home
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Diagnosis
-from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.simulation import MakeBackend, Simulation
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.effects.place import Place
+from unmodelled.engine.machine.program import Program
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.logs.preparation import prepare
 from unmodelled.report.robot_tables import robot_sentence
+from unmodelled.systems.model import System
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import numbers
 
@@ -41,8 +45,22 @@ OF_URDF = DRY, Said("inertia_error", PIN, {"dM": ROTOR})
 
 def rod(folder: Path, *said: Said, robot: str = MJCF) -> Diagnosis:
     """A diagnosis that says which effects the rod has."""
-    system = um.read_system(write_rod(folder, robot))
-    return told(system, prepare(system, um.read_logs(folder / "logs", system)), *said)
+    write_rod(folder, robot)
+    system, logs = read_case(folder)
+    return told(system, prepare(system, logs), *said)
+
+
+def outputs(
+    system: System, recording: Recording, backend: MakeBackend = Program.of, substeps: int = 1
+) -> Array:
+    """What the system shows in the windows of a recording, or the robot file in MuJoCo."""
+    simulation = Simulation(system, recording, backend=backend)
+    return np.asarray(simulation(simulation.values[None, None], substeps=substeps).y)
+
+
+def off(found: Array, expected: Array) -> float:
+    """The largest error."""
+    return float(np.nanmax(np.abs(found - expected)))
 
 
 def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
@@ -51,22 +69,16 @@ def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
     said = [
         Said("viscous_friction", PIN, {"d": 0.03}),
         Said("inertia_error", PIN, {"dM": 0.01}),
-        Said("actuator_gain", Place("actuator", "u_drive"), {"g": 0.2}),
+        Said("actuator_gain", DRIVE, {"g": 0.2}),
         Said("quadratic_drag", PIN, {"c_d": 0.004}),
     ]
     found = rod(tmp_path, *said, robot=exact)
     file, model = RobotFile.of(found), found.augmented
     backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, file.found.supplement)
     for recording in (Recording.of(model.logs, 0.2), Recording.whole(model.logs)):
-        ours, theirs = (
-            simulation(simulation.values[None, None]).y
-            for simulation in (
-                Simulation(model.system, recording),
-                Simulation(model.system, recording, backend=backend),
-            )
-        )
+        ours = outputs(model.system, recording)
         assert np.nanmax(np.abs(ours)) > 0.5
-        assert np.nanmax(np.abs(theirs - ours)) < 1e-9
+        assert off(outputs(model.system, recording, backend), ours) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -80,7 +92,7 @@ def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
 def test_the_lag_of_an_actuator_is_its_activation_in_mujoco(actuator: str, tmp_path: Path) -> None:
     """Windows begin with the lagging input of their first sample. A lag in the file is known physics."""
     text = MJCF.replace("<worldbody>", '<option timestep="0.0001"/><worldbody>')  # of order one in the step
-    lag = Said("actuator_lag", Place("actuator", "u_drive"), {"c_u": 1.0, "T_u": 0.02})
+    lag = Said("actuator_lag", DRIVE, {"c_u": 1.0, "T_u": 0.02})
     said = () if "filter" in actuator else (lag,)
     diagnosis = rod(tmp_path, *said, robot=text.replace('motor name="drive"', actuator))
     model = diagnosis.augmented
@@ -90,16 +102,10 @@ def test_the_lag_of_an_actuator_is_its_activation_in_mujoco(actuator: str, tmp_p
     states = home.activations
     backend = RobotInMujoco(home.text, "rod.xml", ["u_drive"], {}, {}, activations=states)
     recording = Recording.of(model.logs, 0.2).thinned(6)
-    ours, theirs, awake = (
-        simulation(simulation.values[None, None]).y
-        for simulation in (
-            Simulation(model.system, recording),
-            Simulation(model.system, recording, backend=backend),
-            Simulation(model.system, recording, backend=replace(backend, activations={})),
-        )
-    )
-    assert np.nanmax(np.abs(theirs - ours)) < 5e-3 * np.nanmax(np.abs(ours))
-    assert np.nanmax(np.abs(awake - ours)) > 1e-2 * np.nanmax(np.abs(ours))
+    ours = outputs(model.system, recording)
+    awake = outputs(model.system, recording, replace(backend, activations={}))
+    assert off(outputs(model.system, recording, backend), ours) < 5e-3 * np.nanmax(np.abs(ours))
+    assert off(awake, ours) > 1e-2 * np.nanmax(np.abs(ours))
 
 
 def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
@@ -113,11 +119,8 @@ def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
     robot, recording = system.robot, Recording.of(logs, 0.2)
     assert robot is not None
     backend = RobotInMujoco(text, "robot.xml", ["u_waist"], {}, robot.locked)
-    ours, theirs = (
-        simulation(simulation.values[None, None]).y
-        for simulation in (Simulation(system, recording), Simulation(system, recording, backend=backend))
-    )
-    assert np.nanmax(np.abs(ours)) > 0.5 and np.nanmax(np.abs(theirs - ours)) < 1e-8
+    ours = outputs(system, recording)
+    assert np.nanmax(np.abs(ours)) > 0.5 and off(outputs(system, recording, backend), ours) < 1e-8
 
 
 def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> None:
@@ -126,9 +129,9 @@ def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> N
     run = file.replay
     assert not file.reason_against(found) and run.supplemented is None
     assert run.patched.gap < 0.2 * run.given.gap
-    off, before = run.patched.units["q_pin"], run.given.units["q_pin"]
-    assert off.whole_run is not None and before.whole_run is not None
-    assert off.whole_run < 0.1 * before.whole_run
+    after, before = run.patched.units["q_pin"], run.given.units["q_pin"]
+    assert after.whole_run is not None and before.whole_run is not None
+    assert after.whole_run < 0.1 * before.whole_run
 
 
 @pytest.mark.long
@@ -137,21 +140,13 @@ def test_a_sensor_with_a_memory_is_simulated_beside_the_robot(tmp_path: Path) ->
     lag = Said("sensor_lag", Place("sensor", "q_pin"), {"c_y": 1.0, "T_y": 0.02})
     diagnosis = rod(tmp_path, lag, robot=exact)
     file, model = RobotFile.of(diagnosis), diagnosis.augmented
-    assert [m.reason for m in file.found.missing] == [
-        "the sensor is no part of the robot: correct what it shows"
-    ]
+    (missing,) = file.found.missing
+    assert missing.reason == "the sensor is no part of the robot: correct what it shows"
     backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {})
     recording = Recording.of(model.logs, 0.2)
-    ours, theirs, without = (
-        simulation(simulation.values[None, None]).y
-        for simulation in (
-            Simulation(model.system, recording),
-            Simulation(model.system, recording, backend=backend),
-            Simulation(diagnosis.known.system, Recording.of(diagnosis.known.logs, 0.2)),
-        )
-    )
-    assert np.nanmax(np.abs(theirs - ours)) < 1e-3
-    assert np.nanmax(np.abs(without - ours)) > 0.05
+    ours = outputs(model.system, recording)
+    assert off(outputs(model.system, recording, backend), ours) < 1e-3
+    assert off(outputs(diagnosis.known.system, Recording.of(diagnosis.known.logs, 0.2)), ours) > 0.05
 
 
 @pytest.mark.long
@@ -164,14 +159,8 @@ def test_a_law_with_a_memory_is_in_the_supplement(tmp_path: Path) -> None:
     model = diagnosis.augmented
     recording = Recording.of(model.logs, 0.2)
     backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, file.found.supplement)
-    ours, theirs = (
-        simulation(simulation.values[None, None], substeps=8).y
-        for simulation in (
-            Simulation(model.system, recording),
-            Simulation(model.system, recording, backend=backend),
-        )
-    )
-    assert np.nanmax(np.abs(theirs - ours)) < 0.02 * np.nanstd(ours)
+    ours = outputs(model.system, recording, substeps=8)
+    assert off(outputs(model.system, recording, backend, 8), ours) < 0.02 * np.nanstd(ours)
 
 
 @pytest.mark.long
@@ -197,7 +186,7 @@ def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> N
     ids=["worse", "diverges", "armature", "friction", "gain"],
 )
 def test_what_no_machine_has_and_what_is_worse_is_not_offered(said: Said, words: str, tmp_path: Path) -> None:
-    found = replace(rod(tmp_path, said))
+    found = rod(tmp_path, said)
     parameters = found.augmented.system.parameters
     if said.family == "actuator_gain":  # as if its limits were wider
         wide = tuple(replace(p, bounds=(-2.0, 2.0)) if p.name == "g" else p for p in parameters)
@@ -293,3 +282,44 @@ def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytes
     notes = read_json(saved(broken, tmp_path, monkeypatch) / "diagnosis.json")["notes"]
     (note,) = (n for n in notes if "not patched" in n)
     assert note.startswith("rod.xml was not patched: rod.xml: MuJoCo: ") and "\n" not in note
+
+
+ARM, ELBOW = text_of("arm.xml"), 0.12
+
+
+@pytest.mark.long
+def test_the_dry_friction_of_an_elbow_is_named(tmp_path: Path) -> None:
+    """Torques are held between samples, and angles have the noise of an encoder."""
+    (tmp_path / "arm.xml").write_text(ARM)
+    (tmp_path / "system.yaml").write_text(text_of("arm.yaml"))
+    model = mujoco.MjModel.from_xml_string(ARM)
+    model.dof_frictionloss[1] = ELBOW
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
+        data, rows = mujoco.MjData(model), []
+        rates, phases = rng.uniform(1.0, 9.0, (2, 4)), rng.uniform(0.0, 6.28, (2, 4))
+        for k in range(400):
+            u = np.array([0.9, 0.35]) * np.sin(rates * k * 0.005 + phases[:, [0]] + phases).sum(1)
+            rows.append([k * 0.005, *u, *data.qpos + 2e-4 * rng.standard_normal(2)])
+            data.ctrl[:] = u
+            mujoco.mj_step(model, data, 5)
+        return pd.DataFrame(rows, columns=["t", "u_shoulder", "u_elbow", "shoulder", "elbow"])
+
+    recorded(tmp_path / "logs", run, 5)
+    known, logs = read_case(tmp_path)
+    before = um.simulate(known, logs)
+    answer = um.diagnose(known, logs)
+    assert answer.verdict in ("effect", "main_effect")
+    first = answer.effects[0]
+    assert (first.family, first.port) == ("coulomb_friction", "elbow")
+    assert first.parameters["F_c"]["value"] == pytest.approx(ELBOW, rel=0.1)
+    answer.save(tmp_path / "answer")
+    again = um.read_system(tmp_path / "answer" / "augmented_system.yaml")
+    after = um.simulate(again, um.read_logs(tmp_path / "logs", again))
+    assert after.gap.value < 0.2 * before.gap.value
+
+    robot = read_json(tmp_path / "answer" / "diagnosis.json")["robot"]
+    patched = mujoco.MjModel.from_xml_path(str(tmp_path / "answer" / robot["file"]))
+    assert patched.dof_frictionloss[1] == pytest.approx(ELBOW, rel=0.1)
+    assert robot["replay"]["improves"]
+    assert robot["replay"]["patched"]["gap"] < 0.2 * robot["replay"]["given"]["gap"]

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tests.diagnosis.studies import effect
 from tests.every import every
 from tests.physics.effects.benches import SYSTEMS, arm, arm_scales, measured
 from tests.physics.robot.mechanisms import OFF, system_of
@@ -75,9 +76,9 @@ def lacking(home: TakeHome) -> list[str]:
 
 
 @every(effects)
-def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(effect: Effect) -> None:
-    for place in islice(reversed(effect.places(arm())), 2):
-        system, found = planted(effect, place, arm())
+def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(law: Effect) -> None:
+    for place in islice(reversed(law.places(arm())), 2):
+        system, found = planted(law, place, arm())
         home = take_home(arm(), system, [found])
         added = found.added
         elsewhere = place.kind in ("sensor", "parameter")
@@ -91,51 +92,46 @@ def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(
             assert difference(home, system) < 1e-9
 
 
+def place_of(law: Effect, name: str) -> Place:
+    """The place of this name at which the law can act on the arm."""
+    return next(place for place in law.places(arm()) if place.name == name)
+
+
 SAID = {
-    ("coulomb_friction", "", "elbow"): {"frictionloss"},
-    ("viscous_friction", "", "elbow"): {"damping"},
-    ("inertia_error", "", "elbow"): {"armature"},
-    ("linear_spring", "", "elbow"): {"stiffness"},
-    ("actuator_gain", "", "u_shoulder"): {"gear", "ctrl_low", "ctrl_high"},
-    ("actuator_saturation", "", "u_shoulder"): {"ctrl_low", "ctrl_high"},
-    ("actuator_lag", "", "u_shoulder"): {"timeconst"},
+    ("coulomb_friction", "elbow"): {"frictionloss"},
+    ("viscous_friction", "elbow"): {"damping"},
+    ("inertia_error", "elbow"): {"armature"},
+    ("linear_spring", "elbow"): {"stiffness"},
+    ("actuator_gain", "u_shoulder"): {"gear", "ctrl_low", "ctrl_high"},
+    ("actuator_saturation", "u_shoulder"): {"ctrl_low", "ctrl_high"},
+    ("actuator_lag", "u_shoulder"): {"timeconst"},
 }
 
 
 @pytest.mark.parametrize(("said", "quantities"), SAID.items())
-def test_effects_that_mjcf_can_say_are_attributes(said: tuple[str, str, str], quantities: set[str]) -> None:
-    family, variant, at = said
-    effect = next(e for e in effects() if (e.family, e.variant) == (family, variant))
-    place = next(p for p in effect.places(arm()) if p.name == at)
-    home = take_home(arm(), *_one(planted(effect, place, arm())))
+def test_effects_that_mjcf_can_say_are_attributes(said: tuple[str, str], quantities: set[str]) -> None:
+    family, at = said
+    law = effect(family)
+    place = place_of(law, at)
+    system, found = planted(law, place, arm())
+    home = take_home(arm(), system, [found])
     changed = {c.quantity for c in home.changes if c.element == place.name.removeprefix("u_")}
     # the file had dry friction at the elbow, which is what the diagnosis finds and no more
     assert changed - {"frictionloss"} == quantities - {"frictionloss"}
     assert not home.supplement and not home.missing
 
 
-def _one(pair: tuple[System, DiagnosedEffect]) -> tuple[System, list[DiagnosedEffect]]:
-    return pair[0], [pair[1]]
-
-
 def test_several_effects_at_one_actuator_and_joint_are_said_together() -> None:
-    wanted = [
-        ("actuator_saturation", "u_shoulder"),
-        ("actuator_gain", "u_shoulder"),
-        ("actuator_offset", "u_shoulder"),
-        ("actuator_gain", "u_elbow"),
-        ("actuator_saturation", "u_elbow"),
-        ("actuator_gain", "u_waist"),
-        ("actuator_dead_zone", "u_waist"),
-        ("inertia_error", "elbow"),
-        ("viscous_friction", "elbow"),
-        ("quadratic_drag", "elbow"),
-        ("load_friction", "shoulder"),
-    ]
+    wanted = {
+        "u_shoulder": ("actuator_saturation", "actuator_gain", "actuator_offset"),
+        "u_elbow": ("actuator_gain", "actuator_saturation"),
+        "u_waist": ("actuator_gain", "actuator_dead_zone"),
+        "elbow": ("inertia_error", "viscous_friction", "quadratic_drag"),
+        "shoulder": ("load_friction",),
+    }
     system, found = arm(), []
-    for family, at in wanted:
-        effect = next(e for e in effects() if (e.family, e.variant) == (family, ""))
-        system, one = planted(effect, next(p for p in effect.places(arm()) if p.name == at), system)
+    for at, family in ((at, family) for at, families in wanted.items() for family in families):
+        system, one = planted(effect(family), place_of(effect(family), at), system)
         found.append(one)
     home = take_home(arm(), system, found[::-1])
     assert {c.quantity for c in home.changes if c.element == "elbow"} >= {"armature", "damping", "ctrl_high"}
@@ -150,27 +146,20 @@ def test_identified_numbers_are_in_the_file() -> None:
     system = arm().with_values({"elbow_armature": 0.013, "waist_damping": 0.06})
     home = take_home(arm(), system, [])
     changed = {(c.element, c.quantity): c.patched for c in home.changes}
-    assert changed == {
-        ("elbow", "armature"): 0.013,
-        ("waist", "damping"): 0.06,
-        ("elbow", "frictionloss"): 0.0,
-    }
+    expected = {("elbow", "armature"): 0.013, ("waist", "damping"): 0.06, ("elbow", "frictionloss"): 0.0}
+    assert changed == expected
     assert difference(home, system) < 1e-9
 
 
 def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead() -> None:
-    part, inertia = (
-        next(e for e in effects() if (e.family, e.variant) == key)
-        for key in (("flexible_transmission", "part"), ("inertia_error", ""))
-    )
-    place = next(p for p in part.places(arm()) if p.name == "elbow")
+    part, inertia = effect("flexible_transmission", "part"), effect("inertia_error")
+    place = place_of(part, "elbow")
     system, found = planted(part, place, arm())
     alike = replace(found, indistinguishable=(inertia.add(arm(), place, arm_scales()),))
     missing, further = take_home(arm(), system, [alike]).missing
     assert not missing.supplemented and "depends on an acceleration" in further.reason
-    assert missing.reason.endswith(
-        "cannot tell it from inertia_error at elbow, which a robot has a number for"
-    )
+    told = "cannot tell it from inertia_error at elbow, which a robot has a number for"
+    assert missing.reason.endswith(told)
 
 
 DRIVEN = """inputs: {u_waist: {}, u_shoulder: {}, i: {unit: A, commanded: false}}
@@ -182,10 +171,7 @@ ports: {elbow: {law: 0.04*sign(qd_elbow)}}
 
 def test_a_drive_of_the_system_file_is_an_effort_that_is_applied(tmp_path: Path) -> None:
     given = system_of(tmp_path, (SYSTEMS / "arm.xml").read_text(), DRIVEN)
-    gain, friction = (
-        next(e for e in effects() if (e.family, e.variant) == (family, ""))
-        for family in ("actuator_gain", "load_friction")
-    )
+    gain, friction = effect("actuator_gain"), effect("load_friction")
     system, first = planted(gain, Place("actuator", "i"), given, measured(given))
     system, second = planted(friction, Place("port", "elbow"), system, measured(system))
     home = take_home(given, system, [first, second])
@@ -197,8 +183,7 @@ def test_a_drive_of_the_system_file_is_an_effort_that_is_applied(tmp_path: Path)
 
 
 def test_dynamics_that_are_not_those_of_the_file_are_refused_in_one_line(tmp_path: Path) -> None:
-    given = system_of(
-        tmp_path, (SYSTEMS / "arm.xml").read_text(), "dynamics: {qd_elbow: -9.81*q_elbow/1.0}\n"
-    )
+    other = "dynamics: {qd_elbow: -9.81*q_elbow/1.0}\n"
+    given = system_of(tmp_path, (SYSTEMS / "arm.xml").read_text(), other)
     with pytest.raises(BadInput, match=r"dynamics\.qd_elbow is not the acceleration of the robot file"):
         take_home(given, given, [])
