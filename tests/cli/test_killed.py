@@ -72,7 +72,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_old_result_or_the_new_one_is_whole(verb: str, place: Path) -> None:
     words, *both = VERBS[verb]
     old, new = (json.dumps([verb, *words, *own]) for own in both)
-    done = python("-m", "tests.cli.killed", place, str(MOMENTS), old, new, cwd=place)
+    done = python("-m", "tests.cli.killed", place, str(MOMENTS), old, new, cwd=place.parent)
     assert done.returncode == 0, done.stdout + done.stderr
     said: dict[str, Any] = json.loads(done.stdout)
     assert not said["equal"] and {found["is"] for found in said["found"]} == {"old", "new"}

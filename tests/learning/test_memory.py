@@ -25,6 +25,8 @@ from pipeline.cam_follower.relu_ode import BlackBox
 from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
 from unmodelled.base.campaign import Campaign
 
+Array = NDArray[np.float64]
+
 
 @pytest.mark.parametrize("constant", [0.4, 1.25])
 def test_it_is_power_out_by_power_in_whatever_the_motor_constant(constant: float) -> None:
@@ -42,7 +44,6 @@ def test_efficiencies_by_hand() -> None:
     assert efficiency(np.array([10.0]), 200.0, 2.0, 0.006)[0] == pytest.approx(0.8028, abs=1e-12)
 
 
-Array = NDArray[np.float64]
 U: Array = np.linspace(4.0, 15.0, 16)
 
 

@@ -346,10 +346,8 @@ def test_a_joint_that_never_moves_is_to_be_locked(tmp_path: Path) -> None:
 
 def test_parts_of_a_log_with_gaps_stay_in_which_a_joint_rests(tmp_path: Path) -> None:
     """A part in which the drive of a resting joint moves is left out: its sensor is dead there."""
-    part, swing = (
-        np.arange(len(TIMES)) // 50,
-        np.sin(4.0 * np.pi * TIMES),
-    )  # two swings in every part of 50 samples
+    # two swings in every part of 50 samples
+    part, swing = np.arange(len(TIMES)) // 50, np.sin(4.0 * np.pi * TIMES)
     held = {"two": 0.4 + np.where(part % 2 == 1, 0.0, swing), "tau_two": np.where(part == 1, 0.0, swing)}
     found = resting(tmp_path, held | {"t": TIMES + part}, {})
     assert found.ids == ("run0.part1", "run0.part2", "run0.part3", "run1")

@@ -18,6 +18,8 @@ from unmodelled.logs.differentiate import noise, quantum, resolution, smooth_der
 from unmodelled.logs.resample import resample
 from unmodelled.logs.savitzky_golay import ORDER, filtered
 
+Array = NDArray[np.float64]
+
 
 @given(st.floats(0.5, 15.0))
 @example(190.0)
@@ -62,8 +64,6 @@ def test_divergence_stays_finite() -> None:
     assert torch.isfinite(omega).all()
     assert float(omega.abs().max()) <= SPEED_LIMIT
 
-
-Array = NDArray[np.float64]
 
 PERIOD = 0.001
 COUNT = 2.0 * np.pi / 8192
