@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import HORIZON, shared_study, study
-from unmodelled.diagnosis.data.levels import levels
+from unmodelled.diagnosis.data.levels import MOST_LEVELS, levels
 from unmodelled.diagnosis.data.study import Study, held_out
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
@@ -138,7 +138,7 @@ def test_levels_of_settings_and_groups() -> None:
 
 def test_a_column_that_is_no_factor() -> None:
     """All alike, all different, or a reading rather than a setting."""
-    readings = [float(i // 2) for i in range(2 * DEFAULT_THRESHOLDS.most_levels + 2)]
+    readings = [float(i // 2) for i in range(2 * MOST_LEVELS + 2)]
     assert [found(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
 
 

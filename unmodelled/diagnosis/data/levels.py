@@ -12,6 +12,9 @@ from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 
 Indices = NDArray[np.int64]
 
+#: Largest number of levels of a factor, each of which has candidates of its own (a budget).
+MOST_LEVELS = 8
+
 
 def levels(
     experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
@@ -22,7 +25,7 @@ def levels(
     """
     for factor in experiments.columns:
         values = experiments[factor]
-        if factor in ("id", "file") or not 1 < values.nunique() <= thresholds.most_levels:
+        if factor in ("id", "file") or not 1 < values.nunique() <= MOST_LEVELS:
             continue
         for level in sorted(values.unique()):
             members = np.flatnonzero((values == level).to_numpy())
