@@ -30,7 +30,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
 from unmodelled.diagnosis.search.log_fits import of_every, of_one, swapped
-from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law, saturates
+from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.inspection.related import is_related, surrogates
@@ -125,7 +125,7 @@ def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Threshold
     random = np.array([trials.square(Correction.replaced(logs, u), steps) for u in surrogates(logs)])
     # of inputs that have nothing to do with them, the mean rank of the errors is one of uniform numbers
     rank, usual = (before < random).mean(), 0.5 + ONE_SIDED / np.sqrt(12.0 * len(logs))
-    if rank > usual or saturates(trials, _identified(trials, suspect)):
+    if rank > usual or explained_by_law(trials, _identified(trials, suspect)):
         return ()
     return (_fault(trials, suspect, ()),)
 

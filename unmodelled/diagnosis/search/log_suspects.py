@@ -89,7 +89,7 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
     acts on this experiment. If an input has less effect, its drive saturates.
     """
     if suspect.question.problem.name != CLOCK_PROBLEM:
-        return suspect.weakens(trials.logs.inputs) and saturates(trials, suspect)
+        return suspect.weakens(trials.logs.inputs) and _saturates(trials, suspect)
     system, logs, every = trials.system, trials.logs, not suspect.everywhere
     if suspect.everywhere:
         others = [_with_friction(_with_inertia(system), logs), *_with_free_numbers(system)]
@@ -106,7 +106,7 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
     return any(left(other) < most for other in others)
 
 
-def saturates(trials: Trials, suspect: Suspect) -> bool:
+def _saturates(trials: Trials, suspect: Suspect) -> bool:
     """Return whether inputs that are cut at a limit leave clearly less than weaker ones or none."""
     logs, mine = trials.logs, np.isin(trials.logs.inputs, suspect.question.channels)
     largest, every = np.abs(logs.u).max(axis=0), not suspect.everywhere
