@@ -19,9 +19,7 @@ from pipeline.rigs.withheld.effects import (
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
-
-_GRAVITY = 9.81
+from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, Sensor
 
 
 @dataclass(frozen=True)
@@ -57,12 +55,12 @@ class Hoist(Machine):
     doubtful = {"M": ("inertia_error",)}  # noqa: RUF012
 
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        hold = (c["m"] * _GRAVITY + self.b * slope) / self.kf
+        hold = (c["m"] * GRAVITY + self.b * slope) / self.kf
         u = hold + self.stiffness * (reference - q[0]) + self.damping * (slope - v[0])
         return np.asarray(np.clip(u, -self.supply, self.supply))
 
     def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        return (self.kf * u - self.b * v - c["m"] * _GRAVITY) / (self.M + c["m"])
+        return (self.kf * u - self.b * v - c["m"] * GRAVITY) / (self.M + c["m"])
 
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
         mobility = 1.0 / (self.M + c["m"])

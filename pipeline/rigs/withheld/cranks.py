@@ -20,7 +20,7 @@ from pipeline.rigs.withheld.effects import (
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
+from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, Sensor
 
 _COUNT = 2.0 * np.pi / 8192
 
@@ -111,9 +111,6 @@ class Pendulum(Machine):
     )  # fmt: skip
 
 
-_GRAVITY = 9.81
-
-
 class Linkage(NamedTuple):
     """First and second derivatives of positions of the linkage by the angle of the crank.
 
@@ -201,7 +198,7 @@ class SliderCrank(Machine):
     def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         at = self.linkage(q[0])
         pulled = sum(m * first * second for m, (first, second) in self._bodies(at))
-        weight = _GRAVITY * (0.5 * self.m1 * self.l1 * np.cos(q[0]) + self.m2 * at.rod_y[0])
+        weight = GRAVITY * (0.5 * self.m1 * self.l1 * np.cos(q[0]) + self.m2 * at.rod_y[0])
         torque = u - self.B_m * v[0] - weight - pulled * v[0] ** 2
         return np.asarray(torque / self._inertia(at))[None]
 
@@ -334,7 +331,7 @@ class CamDrive(Machine):
         y, slope, bend = self.groove(q[0])
         mass, omega = c["m"] + self.m_0, v[0]
         current = (u * c["V"] - self.kt * omega) / self.R
-        force = mass * (_GRAVITY + bend * omega**2) + self.k_s * (y + self.y_0)
+        force = mass * (GRAVITY + bend * omega**2) + self.k_s * (y + self.y_0)
         torque = self.kt * current - self.b * omega - slope * force
         return np.asarray(torque / self._inertia(slope, c))[None]
 

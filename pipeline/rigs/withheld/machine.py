@@ -12,6 +12,9 @@ import numpy as np
 from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Plantable, Port, PortEffect
 
+#: Acceleration of free fall, m/s^2.
+GRAVITY = 9.81
+
 Conditions = Mapping[str, Array]
 Forces = Sequence[tuple[str, PortEffect]]
 

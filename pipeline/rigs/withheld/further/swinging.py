@@ -18,10 +18,8 @@ from pipeline.rigs.withheld.effects import (
     sensors,
 )
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
-
-_GRAVITY = 9.81
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ class CartPendulum(Mechanism):
     def efforts(self, q: Array, v: Array, u: Array, c: Conditions) -> tuple[Array, ...]:
         swing = self.m * self.l * np.sin(q[1])
         cart = self.kf * u - self.b_c * v[0] + swing * v[1] ** 2
-        return cart, -self.b_p * v[1] - _GRAVITY * swing
+        return cart, -self.b_p * v[1] - GRAVITY * swing
 
     def load(self, name: str, u: Array) -> Array:
         return np.asarray(self.kf * u if name == "rail" else 0.0 * u)
@@ -157,7 +155,7 @@ class TwoLinkArm(Mechanism):
     doubtful = {"I1": ("inertia_error",), "I2": ("inertia_error",)}  # noqa: RUF012
 
     def held(self, reference: Array, slope: Array, c: Conditions) -> Array:
-        return _GRAVITY * (self.m1 * self.r1 + self.m2 * self.l1) * np.sin(reference) + self.b1 * slope
+        return GRAVITY * (self.m1 * self.r1 + self.m2 * self.l1) * np.sin(reference) + self.b1 * slope
 
     def inertia(self, q: Array, c: Conditions) -> tuple[tuple[Array | float, ...], ...]:
         far, near = self.I2 + self.m2 * self.r2**2, self.m2 * self.l1 * self.r2 * np.cos(q[1])
@@ -166,8 +164,8 @@ class TwoLinkArm(Mechanism):
 
     def efforts(self, q: Array, v: Array, u: Array, c: Conditions) -> tuple[Array, ...]:
         bend = self.m2 * self.l1 * self.r2 * np.sin(q[1])
-        hanging = _GRAVITY * self.m2 * self.r2 * np.sin(q[0] + q[1])
-        upper = _GRAVITY * (self.m1 * self.r1 + self.m2 * self.l1) * np.sin(q[0])
+        hanging = GRAVITY * self.m2 * self.r2 * np.sin(q[0] + q[1])
+        upper = GRAVITY * (self.m1 * self.r1 + self.m2 * self.l1) * np.sin(q[0])
         shoulder = u - self.b1 * v[0] + bend * (2.0 * v[0] + v[1]) * v[1] - upper - hanging
         return shoulder, -self.b2 * v[1] - bend * v[0] ** 2 - hanging
 
@@ -251,7 +249,7 @@ class RotaryPendulum(Mechanism):
         sine, turn = np.sin(q[1]), self.I * np.sin(q[1]) * np.cos(q[1])
         torque = self.kt * (u - self.kt * v[0]) / self.R - self.b * v[0]
         arm = torque - 2.0 * turn * v[0] * v[1] + self.m * self.r * self.l * sine * v[1] ** 2
-        return arm, turn * v[0] ** 2 - self.b_p * v[1] - self.m * _GRAVITY * self.l * sine
+        return arm, turn * v[0] ** 2 - self.b_p * v[1] - self.m * GRAVITY * self.l * sine
 
     def load(self, name: str, u: Array) -> Array:
         return np.asarray(self.kt / self.R * u if name == "arm" else 0.0 * u)
@@ -321,7 +319,7 @@ class BallBeam(Mechanism):
     doubtful = {"J": ("inertia_error",)}  # noqa: RUF012
 
     def held(self, reference: Array, slope: Array, c: Conditions) -> Array:
-        return self.m * _GRAVITY * reference
+        return self.m * GRAVITY * reference
 
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         angle = np.clip(self.tilt * (q[0] - reference) + self.calm * (v[0] - slope), -0.3, 0.3)
@@ -332,8 +330,8 @@ class BallBeam(Mechanism):
         return (1.4 * self.m, 0.0), (0.0, self.J + self.m * q[0] ** 2)
 
     def efforts(self, q: Array, v: Array, u: Array, c: Conditions) -> tuple[Array, ...]:
-        ball = self.m * (q[0] * v[1] ** 2 - _GRAVITY * np.sin(q[1])) - self.b_r * v[0]
-        weight = self.m * q[0] * (2.0 * v[0] * v[1] + _GRAVITY * np.cos(q[1]))
+        ball = self.m * (q[0] * v[1] ** 2 - GRAVITY * np.sin(q[1])) - self.b_r * v[0]
+        weight = self.m * q[0] * (2.0 * v[0] * v[1] + GRAVITY * np.cos(q[1]))
         return ball, u - self.b * v[1] - weight
 
     def load(self, name: str, u: Array) -> Array:
