@@ -168,7 +168,7 @@ def _bias(parts: list[Array], width: int, variance: float, centred: bool) -> flo
     half = max(5, 2 * (width // 4) + 1)
     if half == width:
         return 0.0
-    between = _kernel(width, 1, centred)
+    between = _kernel(width, 1, centred).copy()
     first = (width - half) // 2 if centred else 0
     between[first : first + half] -= _kernel(half, 1, centred)
     return max(0.0, _power(parts, between) - variance * float(between @ between))

@@ -1,6 +1,7 @@
 """Filter of Savitzky and Golay (1964): least squares by a cubic over a window that moves along the samples.
 
-SciPy has it too, in a package that takes half a second to load, and fits the cubic anew at each call.
+SciPy has it too, in a package that takes half a second to load, and fits the cubic anew at each call. Here,
+what depends on the window alone is computed once and must not be written to.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ Array = NDArray[np.float64]
 ORDER = 3
 
 
+@cache
 def kernel(width: int, derivative: int, position: int) -> Array:
     """Return the coefficients that a window of samples is convolved with.
 
@@ -33,12 +35,11 @@ def filtered(y: Array, width: int, derivative: int, period: float) -> Array:
 
     Takes y (samples,), period in s; gives (samples,).
     """
-    half, positions = width // 2, np.arange(width)
-    first, last = (_fit(width) @ y[:width], _fit(width) @ y[-width:])
+    begin, end = _ends(width, derivative)
     parts = (
-        _powers(width, derivative, positions[:half]) @ first,
-        np.convolve(y, kernel(width, derivative, half), "valid"),
-        _powers(width, derivative, positions[half + 1 :]) @ last,
+        begin @ (_fit(width) @ y[:width]),
+        np.convolve(y, kernel(width, derivative, width // 2), "valid"),
+        end @ (_fit(width) @ y[-width:]),
     )
     return np.asarray(np.concatenate(parts) / period**derivative)
 
@@ -47,6 +48,14 @@ def filtered(y: Array, width: int, derivative: int, period: float) -> Array:
 def _fit(width: int) -> Array:
     """Coefficients of the cubic by the samples (ORDER + 1, width); the window reaches from -1 to 1."""
     return np.asarray(np.linalg.pinv(_powers(width, 0, np.arange(width))))
+
+
+@cache
+def _ends(width: int, derivative: int) -> tuple[Array, Array]:
+    """Powers (half a window, ORDER + 1) before and after the middle."""
+    half, positions = width // 2, np.arange(width)
+    before, after = positions[:half], positions[half + 1 :]
+    return _powers(width, derivative, before), _powers(width, derivative, after)
 
 
 def _powers(width: int, derivative: int, positions: ArrayLike) -> Array:
