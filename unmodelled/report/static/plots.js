@@ -30,7 +30,7 @@ const plotting = (() => {
   }
 
   // room for the longest number beside an axis
-  const room = (_, values) => Math.max(40, 16 + 6.8 * Math.max(0, ...(values ?? []).map((v) => v.length)));
+  const room = (_, values) => Math.max(40, 16 + 7.6 * Math.max(0, ...(values ?? []).map((v) => v.length)));
 
   function axis(label, size) {
     const thin = { stroke: colour("--line"), width: 1 }, values = (_, ticks) => ticks.map((v) => format.shown(v));
