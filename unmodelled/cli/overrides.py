@@ -128,9 +128,7 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
 
 
 def _either(name: str, known: Collection[str]) -> str:
-    """Return the suggestion of `closest` for dotted names too, whose last part is often right in another
-    place.
-    """
+    """Return the suggestion of `closest` for dotted names, whose last part may be right elsewhere."""
     last = name.rpartition(".")[2]
     near = nearest(last, {key.rpartition(".")[2] for key in known})
     same = [key for key in known if key.rpartition(".")[2] == near]
@@ -224,9 +222,7 @@ def _numbers(values: list[Any]) -> bool:
 
 
 def _like(written: list[Any], k: int) -> Any:
-    """Return the written value that an item of a list is compared with; of numbers the least strict, in any
-    order.
-    """
+    """Return the written value that an item of a list is compared with; of numbers the least strict."""
     if _numbers(written):
         return min(written) if all(isinstance(value, int) for value in written) else float(min(written))
     return written[min(k, len(written) - 1)] if written else None

@@ -21,17 +21,11 @@ PACKAGE = Path(__file__).parents[1]
 
 @dataclass(frozen=True)
 class Source:
-    """A package that provides verbs.
+    """A package that provides verbs."""
 
-    Attributes:
-        package: dotted name of the package of its verbs; a verb is the function of a module's own name.
-        verbs: folder of that package.
-        conf: folder of its config files.
-    """
-
-    package: str
-    verbs: Path
-    conf: Path
+    package: str  # of modules; a verb is the function of its module's own name
+    verbs: Path  # folder of that package
+    conf: Path  # folder of its config files
 
 
 #: Verbs of the library, which every program has.
@@ -47,20 +41,12 @@ def version() -> str:
 
 @dataclass(frozen=True)
 class Program:
-    """A program of the command line.
+    """A program of the command line."""
 
-    Attributes:
-        name: command that a user types before the verb.
-        sources: packages of verbs and folders of configuration files; the first one wins if two have the same
-            file.
-        version: function that returns the line that `--version` prints.
-        note: function that records every finished verb: command, configuration (YAML), seed and duration, s;
-            None: nothing is recorded.
-    """
-
-    name: str
-    sources: tuple[Source, ...]
-    version: Callable[[], str]
+    name: str  # command before the verb
+    sources: tuple[Source, ...]  # the first one wins if two have the same file
+    version: Callable[[], str]  # the line that `--version` prints
+    #: Records a finished verb: command, configuration (YAML), seed, duration (s).
     note: Callable[[str, str, int | None, float], None] | None = None
 
     @functools.cached_property
@@ -112,9 +98,7 @@ class Program:
         return any((source.conf / override.split("=")[0]).is_dir() for source in self.sources)
 
     def folder(self, verb: str) -> str:
-        """Return the folder of configuration files with which Hydra starts: the folder of the verb's own
-        file.
-        """
+        """Return the folder of the verb's own configuration file, with which Hydra starts."""
         return str(self.config(verb).parent.resolve())
 
     def search_path(self, verb: str) -> list[str]:

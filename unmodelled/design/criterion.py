@@ -16,19 +16,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """Value of simulated experiments.
+    """Value of simulated experiments."""
 
-    Attributes:
-        excess: largest excess of a travel limit by any model, shape (designs,), as a share of the limit's
-            width; 0 within all limits, inf where a simulation diverges.
-        distances: distance of every alternative from the named model, shape (designs, alternatives), in
-            standard deviations; nan beyond the limits.
-        after: standard deviations of the named model's numbers after the experiment, shape (designs,
-            numbers), SI; nan beyond the limits.
-    """
-
-    excess: Array
+    excess: Array  # (designs,), largest excess of a travel limit, as a share of its width; inf: diverges
+    #: (designs, alternatives), from the named model, standard deviations; nan beyond the limits.
     distances: Array
+    #: (designs, numbers), standard deviations of the named model's numbers, SI; nan beyond limits.
     after: Array
 
 
@@ -41,26 +34,16 @@ class Criterion:
     covariance after the experiment counts (A-optimality). An output's weight is 1/(noise² + samples spread²):
     noise differs from sample to sample; what experiments of one machine differ by may last a whole run, and
     does not average out.
-
-    Attributes:
-        rivals: the named model, then its alternatives.
-        limits: limits of the experiment.
-        noise: standard deviation of the sensor noise, shape (outputs,), in units of the outputs.
-        spread: error of the named model over whole runs beyond the noise, shape (outputs,), in these units.
-        numbers: numbers of the named model whose relative intervals count if there are no alternatives.
     """
 
-    rivals: Sequence[Rival]
+    rivals: Sequence[Rival]  # the named model, then its alternatives
     limits: Limits
-    noise: Array
-    spread: Array
-    numbers: Sequence[str]
+    noise: Array  # (outputs,), standard deviations of the sensor noise, in units of the outputs
+    spread: Array  # (outputs,), error of the named model over whole runs beyond the noise, in these units
+    numbers: Sequence[str]  # those whose relative intervals count if there are no alternatives
 
     def __call__(self, u: Array) -> Value:
-        """Simulate experiments and compute their value.
-
-        Takes u (designs, samples, inputs) in SI.
-        """
+        """Simulate experiments (designs, samples, inputs), SI, and compute their value."""
         excess = np.max(
             [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
         )
@@ -77,10 +60,7 @@ class Criterion:
         return Value(excess, distances, after)
 
     def scores(self, found: Value) -> Array:
-        """Return what a search maximises: positive within the limits, below -1 beyond them.
-
-        Gives (designs,).
-        """
+        """Return what a search maximises (designs,): positive within the limits, below -1 beyond them."""
         beyond = -1.0 - np.minimum(found.excess, 1e6)
         if len(self.rivals) > 1:
             # ties of models that no experiment within the limits tells apart are left to the others
@@ -96,10 +76,7 @@ class Criterion:
         return np.asarray(np.linalg.norm(self.rivals[0].root, axis=1))
 
     def relative(self, deviation: Array) -> Array:
-        """Return the root mean square of the relative standard deviations of the counted numbers.
-
-        Takes deviation (designs, numbers) in SI; gives (designs,).
-        """
+        """Return the rms (designs,) of relative standard deviations (designs, numbers) of counted numbers."""
         named = self.rivals[0]
         rows = [list(named.values).index(name) for name in self.numbers]
         scales = [named.fitted.hypothesis.unknowns[k].scale for k in rows]
@@ -116,17 +93,19 @@ class Criterion:
 
 
 def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
-    """Return the predictions of a model and their slopes by its numbers.
+    """Return predictions (designs, values) and their slopes (designs, numbers, values) by the numbers.
 
-    Takes y (designs, sets, samples, outputs); gives (designs, values) and (designs, numbers, values).
+    Takes y (designs, sets, samples, outputs).
     """
     flat = np.nan_to_num(y.reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
     return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
 
 
 def _root_after(slopes: Array) -> Array:
-    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 after an experiment, of numbers in units of
-    their deviations before; slopes S: (designs, n, values).
+    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 after an experiment with slopes S (designs, n,
+    values).
+
+    Numbers are in units of their deviations before.
     """
     information = np.eye(slopes.shape[1]) + slopes @ slopes.swapaxes(1, 2)
     eigenvalues, vectors = np.linalg.eigh(information)
@@ -134,9 +113,9 @@ def _root_after(slopes: Array) -> Array:
 
 
 def distance(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the distance of two models whose numbers may still move, in standard deviations.
+    """Return the distance (designs,) of two models whose numbers may still move, in standard deviations.
 
-    Takes one (designs, values), other (designs, values); gives (designs,).
+    Of each model it takes the predictions (designs, values) and their slopes, see `weighted`.
     """
     gap, slopes = one[0] - other[0], np.concatenate([one[1], -other[1]], axis=1)
     root = _root_after(slopes)

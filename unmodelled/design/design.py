@@ -36,22 +36,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """The next experiment, with what every model predicts for it.
-
-    Attributes:
-        system: system of the diagnosis.
-        criterion: models, limits and criterion.
-        found: the proposed experiment.
-        seed: seed of the search.
-        alternatives: the alternatives of the named effects, as diagnosis.json names them.
-        notes: remarks on the limits.
-    """
+    """The next experiment, with what every model predicts for it."""
 
     system: System
     criterion: Criterion
     found: Found
     seed: int
-    alternatives: tuple[Entry, ...]
+    alternatives: tuple[Entry, ...]  # of the named effects, as diagnosis.json names them
     notes: tuple[str, ...] = ()
 
     @cached_property

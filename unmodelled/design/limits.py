@@ -27,19 +27,12 @@ SECONDS = LoggedUnit("s", 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Range:
-    """Range of an input or of a moving part.
-
-    Attributes:
-        low: lowest value; default -inf.
-        high: highest value; default inf.
-        rate: largest change per second; default inf.
-        rest: value closest to the zero of the unit in which the range was written; default 0.
-    """
+    """Range of an input or of a moving part."""
 
     low: float = -np.inf
     high: float = np.inf
-    rate: float = np.inf
-    rest: float = 0.0
+    rate: float = np.inf  # largest change per second
+    rest: float = 0.0  # value closest to the zero of the unit in which the range was written
 
     def in_si(self, unit: LoggedUnit) -> Range:
         """Return the range in SI units."""
@@ -50,29 +43,17 @@ class Range:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that an experiment must keep.
-
-    Attributes:
-        file: file of the limits, for messages.
-        duration: length of the experiment, s.
-        period: sampling period, s.
-        inputs: range of every input, in the order of the system, SI.
-        written: the same ranges as the file has them, in the units of the columns.
-        travel: ranges of states, outputs or signals by name, SI; they hold for every model.
-        start: states at the start by name, SI; the others start at the value of the system file, or at 0.
-        constants: operating point by name, SI.
-        noise: standard deviation of the sensor noise by name of the output, SI; empty where it is not given.
-    """
+    """Limits that an experiment must keep."""
 
     file: Path
-    duration: float
-    period: float
-    inputs: tuple[Range, ...]
-    written: tuple[Range, ...]
-    travel: Mapping[str, Range]
-    start: Mapping[str, float]
-    constants: Mapping[str, float]
-    noise: Mapping[str, float]
+    duration: float  # s
+    period: float  # s
+    inputs: tuple[Range, ...]  # in the order of the system, SI
+    written: tuple[Range, ...]  # the same in the units of the columns
+    travel: Mapping[str, Range]  # of states, outputs or signals, SI; they hold for every model
+    start: Mapping[str, float]  # states, SI; others start at the value of the system file, or at 0
+    constants: Mapping[str, float]  # SI
+    noise: Mapping[str, float]  # standard deviation of the sensor by output, SI; empty where it is not given
 
     @property
     def samples(self) -> int:
@@ -80,9 +61,9 @@ class Limits:
         return round(self.duration / self.period) + 1
 
     def excess(self, watched: Array) -> Array:
-        """Return the largest excess of a travel limit, as a share of its width; inf where a run diverges.
+        """Return the largest excess (designs,) of a travel limit as a share of its width; inf: diverges.
 
-        Takes watched (designs, samples, quantities) in SI; gives (designs,).
+        Takes watched (designs, samples, quantities) in SI.
         """
         found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
         for k, own in enumerate(self.travel.values()):

@@ -68,10 +68,7 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
 
 
 def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
-    """Simulate the logs of experiments with the known physics and the noise of the sensors.
-
-    Takes inputs in SI.
-    """
+    """Simulate logs of experiments (SI) with the known physics and the noise of the sensors."""
     for output in system.outputs:
         if output.name not in limits.noise:
             raise BadInput(

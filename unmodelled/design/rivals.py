@@ -59,10 +59,7 @@ def place_of(entry: Entry) -> Place:
 def fitted_rival(
     search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, tuple[float, float]], label: str
 ) -> Rival:
-    """Fit the known physics with effects to the training experiments of a diagnosis.
-
-    Takes known in SI.
-    """
+    """Fit the known physics with effects to the training experiments; known numbers in SI."""
     hypothesis = Hypothesis.known(search.study)
     library: dict[tuple[str, str], Effect] = {
         (e.family, e.variant): e for e in (*effects(), *search.study.laws)
@@ -87,17 +84,11 @@ def fitted_rival(
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """A fitted model with the uncertainty of its numbers.
-
-    Attributes:
-        label: name of the model.
-        fitted: fit to the training experiments of the diagnosis.
-        doubts: standard deviations of numbers by name, SI, where the diagnosis knows them; the larger one of
-            these and of the fit counts.
-    """
+    """A fitted model with the uncertainty of its numbers."""
 
     label: str
     fitted: FittedHypothesis
+    #: Standard deviations of known numbers, SI; the larger of these and the fit's counts.
     doubts: Mapping[str, float]
 
     @cached_property
@@ -136,10 +127,9 @@ class Rival:
 
     @cached_property
     def sets(self) -> tuple[list[System], Array]:
-        """Return systems at the fitted numbers and one step along every column of `root`, and the steps.
+        """Return systems at the fitted numbers a step along every column of `root`, and steps (numbers,).
 
-        The steps have the shape (numbers,) and are in standard deviations. A step is a standard deviation, or
-        less where a bound is nearer, in the direction with more room.
+        A step is a standard deviation, or less where a bound is nearer, in the direction with more room.
         """
         unknowns = self.fitted.hypothesis.unknowns
         here = np.array(list(self.values.values()))
@@ -162,11 +152,7 @@ class Rival:
     def runs(
         self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None
     ) -> tuple[Array, Array]:
-        """Simulate experiments, see `simulated`.
-
-        Takes u (designs, samples, inputs) in SI; gives (designs, sets, samples, outputs) and (designs, sets,
-        samples, quantities).
-        """
+        """Simulate experiments (designs, samples, inputs), SI, as `simulated` does."""
         systems = self.sets[0] if every else self.sets[0][:1]
         study = self.fitted.hypothesis.study
         substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
@@ -181,8 +167,8 @@ class Rival:
         return found
 
     def _constants(self, limits: Limits) -> Array:
-        """Operating point, with the constants of the effects: the experiment belongs to the group of an
-        effect, and comes after all others.
+        """Operating point with the constants of the effects, whose group has the experiment, after all
+        others.
         """
         hypothesis = self.fitted.hypothesis
         values = dict(limits.constants)

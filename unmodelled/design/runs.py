@@ -19,10 +19,7 @@ Array = NDArray[np.float64]
 
 
 def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
-    """Return an experiment as a user runs it: t (s), and the inputs in the units of their columns.
-
-    Takes u (samples, inputs) in SI.
-    """
+    """Return an experiment (samples, inputs), SI, as a user runs it: t (s), inputs in logged units."""
     columns = {item.column: as_logged(item, u[:, k]) for k, item in enumerate(system.inputs)}
     return pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns})
 
@@ -42,10 +39,9 @@ def equations(system: System, watched: Sequence[sp.Expr]) -> Program:
 def simulated(
     systems: Sequence[System], u: Array, limits: Limits, c: Array, substeps: int, program: Program
 ) -> tuple[Array, Array]:
-    """Simulate experiments with several sets of numbers of one system.
+    """Simulate experiments u (designs, samples, inputs) at constants c with several sets of numbers, SI.
 
-    Takes u (designs, samples, inputs) in SI, c (constants,) in SI; gives (designs, sets, samples, outputs)
-    and (designs, sets, samples, quantities).
+    Gives outputs (designs, sets, samples, outputs) and quantities (designs, sets, samples, quantities).
     """
     designs, samples, _ = u.shape
     # by (set, design, sample): every set of numbers has input delays of its own
@@ -72,10 +68,7 @@ def simulated(
 
 
 def start_of(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
-    """Return the states at the start, SI; those that are not given follow from the system file.
-
-    Takes c (constants,) in SI, u (inputs,) in SI.
-    """
+    """Return start states, SI; those not given follow from the file at c (constants,) and u (inputs,)."""
     known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
     known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
     known |= {symbol(s.name): limits.start.get(s.name, 0.0) for s in system.states}

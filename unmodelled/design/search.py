@@ -22,17 +22,11 @@ POPULATION, GENERATIONS, REFINED, NEAR = 32, 16, 30, 0.05
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The experiment of highest value.
-
-    Attributes:
-        family: family of its signals.
-        u: inputs, shape (samples, inputs), SI.
-        score: its score, see `Criterion.scores`; below 0 if no experiment keeps the limits.
-    """
+    """The experiment of highest value."""
 
     family: Family
-    u: Array
-    score: float
+    u: Array  # (samples, inputs), SI
+    score: float  # see `Criterion.scores`; below 0 if no experiment keeps the limits
 
 
 def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], None]) -> Found:

@@ -31,20 +31,15 @@ STEPS = 3
 class Sensitivity:
     """Sensitivity matrix of appendix 4.7, dimensionless.
 
-    Attributes:
-        efforts: names of the first columns.
-        parameters: names of the other columns.
-        matrix: change of a state's derivative, in units of its rms, per effort in units of its rms or per
-            parameter in units of its value, shape (rows, columns); a row is one state at one sample.
-        inputs: inputs of each port's network, each of shape (rows, q).
-        notes: assumptions that were made, one sentence each.
+    An entry is the change of a state's derivative, in units of its rms, per effort in units of its rms or per
+    parameter in units of its value.
     """
 
-    efforts: tuple[str, ...]
-    parameters: tuple[str, ...]
-    matrix: Array
-    inputs: tuple[Array, ...]
-    notes: tuple[str, ...]
+    efforts: tuple[str, ...]  # names of the first columns
+    parameters: tuple[str, ...]  # names of the other columns
+    matrix: Array  # (rows, columns), a row is one state at one sample
+    inputs: tuple[Array, ...]  # of each port's network, each (rows, q)
+    notes: tuple[str, ...]  # assumptions that were made, a sentence each
 
     @property
     def norms(self) -> Array:
@@ -157,9 +152,7 @@ def _samples(system: System, logs: Logs) -> _Samples:
 
 
 def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
-    """Return the efforts (k, ports) that explain the measured derivatives; nan where the equations have no
-    value.
-    """
+    """Efforts (k, ports) that explain the measured derivatives; nan where the equations have no value."""
     system = samples.system
     e = np.zeros((len(samples.t), len(system.ports)))
     rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]

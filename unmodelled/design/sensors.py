@@ -19,33 +19,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor that a machine does not have yet.
+    """A sensor that a machine does not have yet."""
 
-    Attributes:
-        label: sensed quantity, such as "v" or "the effort f at rail".
-        unit: its SI unit.
-        of: function from a model to the sensed quantity as an expression.
-    """
-
-    label: str
-    unit: str
-    of: Callable[[System], sp.Expr]
+    label: str  # such as "v" or "the effort f at rail"
+    unit: str  # SI
+    of: Callable[[System], sp.Expr]  # the sensed quantity of a model
 
 
 @dataclass(frozen=True, eq=False)
 class BestSensor:
-    """The sensor that separates the alternatives best in an experiment.
-
-    Attributes:
-        sensor: the sensor.
-        accuracy: its assumed error, as a share of the quantity's standard deviation in the experiment.
-        distances: distances of the alternatives with this sensor, shape (alternatives,), in standard
-            deviations.
-    """
+    """The sensor that separates the alternatives best in an experiment."""
 
     sensor: Sensor
-    accuracy: float
-    distances: Array
+    accuracy: float  # assumed error, as a share of the quantity's standard deviation in the experiment
+    distances: Array  # (alternatives,) with this sensor, standard deviations
 
 
 def sensors(system: System) -> Iterator[Sensor]:
@@ -76,12 +63,10 @@ def _effort(name: str, system: System) -> sp.Expr:
 
 
 def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | None:
-    """Return the sensor with which an experiment separates the alternatives best.
+    """Return the sensor with which an experiment u (samples, inputs), SI, separates the alternatives best.
 
     Noise of the sensor and error of the named model in its quantity are assumed to be the same shares of the
     quantity's standard deviation in the experiment as those of the present outputs (medians).
-
-    Takes u (samples, inputs) in SI.
     """
     known = list(sensors(system))
     if len(criterion.rivals) < 2 or not known:

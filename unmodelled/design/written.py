@@ -23,10 +23,7 @@ DIGITS, ROUNDING = "%.9g", 1e-8
 
 
 def write_experiment(u: Array, system: System, limits: Limits, file: Path) -> None:
-    """Write an experiment for a machine to run; the file is kept only if it is read back within the limits.
-
-    Takes u (samples, inputs) in SI.
-    """
+    """Write an experiment (samples, inputs), SI; it is kept only if it is read back within the limits."""
     with replacing(file) as temporary:
         frame(u, system, limits).to_csv(temporary, index=False, float_format=DIGITS)
         _, found = read_experiment(temporary, system, limits, file.name)
@@ -36,10 +33,7 @@ def write_experiment(u: Array, system: System, limits: Limits, file: Path) -> No
 
 
 def read_experiment(path: Path, system: System, limits: Limits, name: str) -> tuple[Array, Array]:
-    """Return the times of an experiment, shape (samples,), s, and its inputs, after a check of the limits.
-
-    Gives (samples, inputs) in SI.
-    """
+    """Return times (samples,), s, and inputs (samples, inputs), SI, of an experiment within the limits."""
     columns = read_columns(path, ["t", *(item.column for item in system.inputs)])
     t = columns.values["t"]
     if len(t) < 2 or not (np.diff(t) > 0.0).all():

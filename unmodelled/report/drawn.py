@@ -12,29 +12,17 @@ from unmodelled.report.checks import check_chapter, read_rows
 
 @dataclass(frozen=True)
 class Figure:
-    """A numbered SVG file and its description.
+    """A numbered SVG file and its description."""
 
-    Attributes:
-        id: name of the file without suffix, also the anchor on a page.
-        number: number of the figure.
-        chapter: chapter of the dissertation; None if there is none.
-        caption: sentence below the figure.
-        note: further text below the caption.
-        command: command line that draws the figure.
-        data: origin of the data, measured, virtual or both; empty if unknown.
-        source: path of the SVG file.
-        size: width and height in pixels; None if the file does not tell.
-    """
-
-    id: str
+    id: str  # name of the file without suffix, and anchor on a page
     number: str
-    chapter: int | None
+    chapter: int | None  # of the dissertation
     caption: str
-    note: str
-    command: str
-    data: str
-    source: Path
-    size: tuple[int, int] | None
+    note: str  # text below the caption
+    command: str  # that draws the figure
+    data: str  # measured, virtual or both; empty if unknown
+    source: Path  # the SVG file
+    size: tuple[int, int] | None  # width and height, px; None if the file does not tell
 
 
 def read_figures(folder: Path) -> list[Figure]:

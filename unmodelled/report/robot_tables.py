@@ -30,10 +30,7 @@ def changes_table(robot: Mapping[str, Any]) -> Table:
 
 
 def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) -> Table:
-    """Return the errors of the robot files in MuJoCo.
-
-    Takes horizon in s.
-    """
+    """Return the errors of the robot files in MuJoCo; horizon in s."""
     runs = {name: label for name, label in _MODELS.items() if name in robot["replay"]}
     rows: list[tuple[Cell, ...]] = []
     for name, label in runs.items():
