@@ -115,11 +115,7 @@ def first_window(system: System) -> Array:
 
 
 def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Array], Callable[[], Array]]:
-    """Calls of both that simulate every window thirteen times.
-
-    Raises:
-        ArithmeticError: when they do not find the same.
-    """
+    """Calls of both that simulate every window thirteen times, after a check that they find the same."""
     recording, sets = simulation.recording, 1 + len(FITTED) + 2
     logs, whole = recording.logs, recording.steps == recording.steps.max()
     starts, steps = recording.start[whole], int(recording.steps.max())

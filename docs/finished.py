@@ -22,11 +22,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def build(file: Path) -> None:
-    """Diagnose the pendulum that comes with the library, and write the page of the answer, one HTML file.
-
-    Args:
-        file: path of the page; an existing file is replaced.
-    """
+    """Diagnose the pendulum that comes with the library, and write the page of the answer, one HTML file."""
     with TemporaryDirectory() as folder:
         um.diagnose(*um.example("pendulum")).save(Path(folder) / "answer")
         text = (Path(folder) / "answer" / "index.html").read_text()
@@ -35,12 +31,7 @@ def build(file: Path) -> None:
 
 
 def photograph(file: Path, picture: Path) -> None:
-    """Take a picture of the page from its head to the sliders.
-
-    Args:
-        file: path of the page.
-        picture: path of the PNG file; an existing file is replaced.
-    """
+    """Take a picture of the page from its head to the sliders."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     with (
         sync_playwright() as playwright,
@@ -67,12 +58,7 @@ def photograph(file: Path, picture: Path) -> None:
 
 
 def execute(notebook: Path, to: Path) -> None:
-    """Run all cells of a notebook, and write it with its outputs.
-
-    Args:
-        notebook: path of the notebook.
-        to: path of the notebook with outputs; an existing file is replaced.
-    """
+    """Run all cells of a notebook, and write it with its outputs."""
     cells = nbformat.read(notebook, as_version=4)  # type: ignore[no-untyped-call]
     with TemporaryDirectory() as folder:
         NotebookClient(

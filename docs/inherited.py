@@ -14,11 +14,7 @@ Classes = dict[str, list[ast.ClassDef]]
 
 
 def classes(trees: Iterable[ast.Module]) -> Classes:
-    """Return the classes of some modules by name; several modules may use a name.
-
-    Args:
-        trees: syntax trees of the modules.
-    """
+    """Return the classes of some modules by name; several modules may use a name."""
     found: Classes = {}
     for tree in trees:
         for node in ast.walk(tree):
@@ -30,13 +26,7 @@ def classes(trees: Iterable[ast.Module]) -> Classes:
 def docstring(node: ast.FunctionDef | ast.ClassDef, owner: ast.ClassDef | None, known: Classes) -> str:
     """Return the docstring of a node, or for a method without one the docstring of the overridden method.
 
-    Args:
-        node: function, method or class.
-        owner: class of the method; None for a function or class.
-        known: classes in which base classes are looked up by name.
-
-    Returns:
-        Docstring; empty if there is none, `FOREIGN` if the overridden method may be of another library.
+    It is empty if there is none, `FOREIGN` if the overridden method may be of another library.
     """
     own = ast.get_docstring(node) or ""
     if own or owner is None or isinstance(node, ast.ClassDef):

@@ -44,11 +44,7 @@ CODE = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:/|$)")
 
 
 class Checkout:
-    """A checkout of this repository, now or at an earlier commit.
-
-    Args:
-        root: folder that contains the packages; the packages need not be installed.
-    """
+    """A checkout of this repository, now or at an earlier commit; its packages need not be installed."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -162,9 +158,7 @@ class Checkout:
     def changed(self, file: str, line: str) -> set[str]:
         """Return what a stage notices of a line that is added to a file: the file, or digests of code.
 
-        Args:
-            file: path from the root; a new file is a copy of `viscous_friction.py` beside it, with the line.
-            line: text that is added at the end.
+        A new file is a copy of `viscous_friction.py` beside it, with the line.
         """
         if not (self.root / "pipeline/digests.py").exists():
             return {file}

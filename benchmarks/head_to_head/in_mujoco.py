@@ -36,9 +36,7 @@ OF_JOINTS = {
 class RobotFit:
     """Free runs in MuJoCo as a function of damping, dry friction, armature and stiffness of every joint.
 
-    Args:
-        study: system of a robot whose joints are driven by torques, with logs.
-        families: families of the library that stand for the fitted quantities; default: all of `QUANTITIES`.
+    The joints are driven by torques; `families` of the library stand for the fitted quantities.
     """
 
     def __init__(self, study: Study, families: Sequence[str] = tuple(QUANTITIES.values())) -> None:
@@ -58,11 +56,7 @@ class RobotFit:
         self.bounds = tuple(b[self.places] for b in self.joints.bounds)
 
     def numbers(self, z: Array) -> dict[str, dict[str, float]]:
-        """Return the numbers of the joints by joint and quantity, SI.
-
-        Args:
-            z: vector, shape (entries,).
-        """
+        """Return the numbers of a vector (entries,) by joint and quantity, SI."""
         quantities = {family: quantity for quantity, family in QUANTITIES.items()}
         found: dict[str, dict[str, float]] = {}
         for effect, value in zip(self.effects, z * self.scale, strict=True):
@@ -70,19 +64,13 @@ class RobotFit:
         return found
 
     def errors(self, z: Array) -> Array:
-        """Return the errors over the training experiments, in standard deviations, shape (errors, sets).
-
-        Args:
-            z: vectors, shape (sets, entries).
+        """Return errors (errors, sets), standard deviations, of vectors (sets, entries) over training
+        experiments.
         """
         return np.stack([self._errors(self.compiled(one)) for one in z], axis=1)
 
     def compiled(self, z: Array) -> Any:
-        """Return the model of MuJoCo with the numbers of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-        """
+        """Return the model of MuJoCo with the numbers of a vector (entries,)."""
         set_numbers(self.robot, self.numbers(z))
         return self.robot
 
@@ -116,23 +104,14 @@ class RobotFit:
         return off[recording.counted].ravel()
 
     def model(self, z: Array, budget: str) -> Model:
-        """Return the model of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-            budget: number of simulations and iterations, and the reason to stop.
-        """
+        """Return the model of a vector (entries,); `budget` tells simulations and the reason to stop."""
         full = self.joints.start.copy()
         full[self.places] = z
         return self.joints.model(full, budget)
 
 
 class LinkFit(RobotFit):
-    """Free runs in MuJoCo as a function of damping, dry friction, armature and the inertias of the links.
-
-    Args:
-        study: system of a robot whose joints are driven by torques, with logs.
-    """
+    """Free runs in MuJoCo as a function of damping, dry friction, armature and the inertias of the links."""
 
     def __init__(self, study: Study) -> None:
         import mujoco
@@ -212,12 +191,7 @@ def _set_options(model: Any, study: Study) -> None:
 
 
 def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
-    """Set numbers of joints in a model of MuJoCo.
-
-    Args:
-        model: model, changed.
-        numbers: numbers by joint and quantity, SI.
-    """
+    """Set numbers of joints, SI, by joint and quantity, in a model of MuJoCo."""
     import mujoco
 
     names = [plain_name(name) for name in written_names(model, "joint")]
@@ -230,12 +204,9 @@ def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
 
 
 def set_link(model: Any, name: str, numbers: tuple[Array, ...]) -> None:
-    """Set the inertia of a link in a model of MuJoCo.
+    """Set mass (kg), centre of mass (m), axes (quaternion) and principal inertias (kg m^2) of a link.
 
-    Args:
-        model: model, changed; constants that follow from the inertia are not computed again.
-        name: name of the body.
-        numbers: mass (kg), centre of mass (m), axes (quaternion) and principal inertias (kg m^2).
+    Constants that follow from them in a model of MuJoCo are not computed again.
     """
     body = model.body(name)
     body.mass[:], body.ipos[:], body.iquat[:], body.inertia[:] = numbers
@@ -256,12 +227,7 @@ class JointNumbers(Supplement):
 
 
 def gaps_in_mujoco(model: Model, study: Study) -> dict[str, float]:
-    """Return the gap of a model, and of the robot file as given, in MuJoCo on the held-out experiments.
-
-    Args:
-        model: fitted model of a system with a robot.
-        study: known physics, logs and held-out experiments.
-    """
+    """Return the gap of a model, and of the robot file as given, in MuJoCo on the held-out experiments."""
     if model.answer is not None:
         entry = model.answer.content.get("robot")  # type: ignore[attr-defined]
         if not entry:

@@ -47,24 +47,16 @@ WINDOWS, STEP, SAME = 60, 1e-3, 0.05
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """Free runs as a function of the vector of all parameters that a method fits.
+    """Free runs as a function of the vector of all parameters that a method fits."""
 
-    Attributes:
-        hypothesis: the known physics with the joint parameters, all zero.
-    """
-
-    hypothesis: Hypothesis
+    hypothesis: Hypothesis  # the known physics with the joint parameters, all zero
 
     @classmethod
     def of(cls, study: Study, families: Sequence[str]) -> JointFit:
-        """Add the joint parameters of some families at every mechanical port, input and measured position.
+        """Add joint parameters of families in this order at mechanical ports, inputs and measured positions.
 
         A joint parameter that acts like parameters of the system file or earlier ones is left out, because no
         log could tell the two from each other.
-
-        Args:
-            study: known physics, logs and held-out experiments.
-            families: families of the library, in the order in which they are added.
         """
         found = Hypothesis.known(study)
         for family in families:
@@ -103,23 +95,14 @@ class JointFit:
         return substeps_needed(self.unknowns.simulation, self.unknowns.numbers(self.start[None]))[0]
 
     def errors(self, z: Array) -> Array:
-        """Return the errors of free runs over the training experiments, in standard deviations.
+        """Return errors (errors, sets) of free runs of vectors (sets, entries) over the training experiments.
 
-        Args:
-            z: vectors, shape (sets, entries).
-
-        Returns:
-            Errors, shape (errors, sets); cut as in the gap.
+        They are in standard deviations, and cut as in the gap.
         """
         return _errors(self.unknowns, z, self.substeps)
 
     def model(self, z: Array, budget: str) -> Model:
-        """Return the model of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-            budget: number of simulations and iterations, and the reason to stop.
-        """
+        """Return the model of a vector (entries,); `budget` tells simulations and the reason to stop."""
         each, values = self.unknowns.each, z * self.unknowns.scale
         parts = [values[self.unknowns.unknown == k] for k in range(len(each))]
         shared = {u.name: float(part[0]) for u, part in zip(each, parts, strict=True) if not u.own}

@@ -44,11 +44,7 @@ COLUMNS = [
 
 
 def measured_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return a row per published machine and method.
-
-    Args:
-        found: rows of the runner.
-    """
+    """Return a row per published machine and method, from the rows of the runner."""
     lines = [_line(row) for row in found if not row["case"].startswith("virtual/")]
     return pd.DataFrame(lines, columns=COLUMNS)
 
@@ -56,14 +52,10 @@ def measured_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
 def virtual_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     """Return a row per virtual machine and method, with the planted effect and what the method makes of it.
 
-    Args:
-        found: rows of the runner.
-
-    Returns:
-        Columns of the measured table and planted; expressible (whether the planted effect is among the
-        numbers that a tuning method fits); named (whether the method names the planted effect or lists it as
-        indistinguishable); given_error and parameter_error (largest error of the uncertain parameters, as a
-        share of the true value, before and after the fit); hides.
+    It has the columns of the measured table and planted; expressible (whether the planted effect is among the
+    numbers that a tuning method fits); named (whether the method names the planted effect or lists it as
+    indistinguishable); given_error and parameter_error (largest error of the uncertain parameters, as a
+    share of the true value, before and after the fit); hides.
     """
     lines = []
     for row in found:
@@ -100,11 +92,7 @@ def _line(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def gaps(table: pd.DataFrame) -> str:
-    """Return the gaps of all methods as a table in Markdown, the smallest within 1 % in bold.
-
-    Args:
-        table: measured or virtual table.
-    """
+    """Return the gaps of all methods as a table in Markdown, the smallest within 1 % in bold."""
     lines = [["machine", "as given", "noise floor", *COMMON.values()]]
     for case, group in table.groupby("case", sort=False):
         each = group.set_index("method")
@@ -118,11 +106,7 @@ def gaps(table: pd.DataFrame) -> str:
 
 
 def in_mujoco(table: pd.DataFrame) -> str:
-    """Return the gaps in MuJoCo of machines that are robots as a table in Markdown.
-
-    Args:
-        table: measured table.
-    """
+    """Return the gaps in MuJoCo of machines that are robots as a table in Markdown."""
     some = table[table["mujoco"].notna()]
     lines = [["robot", "as given", *HEADINGS.values()]]
     for case, group in some.groupby("case", sort=False):
@@ -135,11 +119,7 @@ def in_mujoco(table: pd.DataFrame) -> str:
 
 
 def seconds(table: pd.DataFrame) -> str:
-    """Return the CPU seconds of all fits as a table in Markdown.
-
-    Args:
-        table: measured or virtual table.
-    """
+    """Return the CPU seconds of all fits as a table in Markdown."""
     lines = [["machine", *COMMON.values()]]
     for case, group in table.groupby("case", sort=False):
         each = group.set_index("method")
@@ -149,11 +129,7 @@ def seconds(table: pd.DataFrame) -> str:
 
 
 def sayings(table: pd.DataFrame) -> str:
-    """Return what every method says of every machine as a table in Markdown.
-
-    Args:
-        table: measured table.
-    """
+    """Return what every method says of every machine as a table in Markdown."""
     lines = [["machine", "method", "says"]]
     for _, row in table.iterrows():
         said = row["error"] or row["says"]
@@ -163,11 +139,7 @@ def sayings(table: pd.DataFrame) -> str:
 
 
 def errors(table: pd.DataFrame) -> str:
-    """Return the largest parameter error of every method on virtual machines as a table in Markdown.
-
-    Args:
-        table: virtual table.
-    """
+    """Return the largest parameter error of every method on virtual machines as a table in Markdown."""
     lines = [["case", "planted", "given", *COMMON.values(), "ours names it"]]
     for case, group in table.groupby("case", sort=False):
         each = group.set_index("method")
@@ -186,11 +158,7 @@ def errors(table: pd.DataFrame) -> str:
 
 
 def counts(table: pd.DataFrame) -> str:
-    """Return how often tuning methods hide an effect as a table in Markdown.
-
-    Args:
-        table: virtual table.
-    """
+    """Return how often tuning methods hide an effect as a table in Markdown."""
     head = ["method", "cases", "effect is no parameter of it", "hidden", "median of the largest error"]
     lines = [head]
     for name in COMMON:
@@ -218,12 +186,7 @@ TABLES: dict[str, tuple[str, Callable[[pd.DataFrame], str]]] = {
 
 
 def filled(text: str, folder: Path) -> str:
-    """Return a page whose tables are those of the CSV files beside it.
-
-    Args:
-        text: page with `<!-- table: NAME -->` and `<!-- end -->` around every table.
-        folder: folder of the CSV files.
-    """
+    """Return a page with the tables of CSV files between its `<!-- table: NAME -->` and `<!-- end -->`."""
     read = {name: pd.read_csv(folder / name, keep_default_na=True) for name in (MEASURED, VIRTUAL)}
     for table in read.values():
         for column in ("error", "says", "budget"):

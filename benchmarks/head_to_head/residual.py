@@ -25,23 +25,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """Rates that efforts at ports drive: measured, known, and by how much an effort changes them.
-
-    Attributes:
-        study: known physics, logs and held-out experiments.
-        base: known physics whose numbers are those of the system file or re-identified.
-    """
+    """Rates that efforts at ports drive: measured, known, and by how much an effort changes them."""
 
     study: Study
-    base: JudgedModel
+    base: JudgedModel  # known physics with the numbers of the file, or re-identified
 
     @classmethod
     def each(cls, study: Study) -> Iterator[Residual]:
-        """Yield the residual of the physics as given, and of the physics with re-identified parameters.
-
-        Args:
-            study: known physics, logs and held-out experiments.
-        """
+        """Yield the residual of the physics as given, and of the physics with re-identified parameters."""
         yield cls(study, known_model(study))
         fitted = FittedHypothesis.of(Hypothesis.known(study), study.recording)
         yield cls(study, judged_model("re-identified", fitted))
@@ -69,14 +60,7 @@ class Residual:
         return tuple(p for p in system.ports if symbol(p.effort) in driven)
 
     def values(self, expressions: list[sp.Expr]) -> Array:
-        """Return expressions of the system along all samples.
-
-        Args:
-            expressions: k expressions in states, inputs, parameters and constants.
-
-        Returns:
-            Values, shape (samples, k); zero where undefined.
-        """
+        """Return k expressions of the system along all samples (samples, k); zero where undefined."""
         system, logs = self.base.system, self.logs
         function = numpy_system_function(system, expressions, efforts_zero=True)
         found = function(logs.t, logs.x, logs.u, np.empty(0), np.array(system.values), logs.c[logs.owner])
@@ -103,11 +87,7 @@ class Residual:
         )
 
     def coordinates(self, port: Port) -> dict[str, sp.Expr]:
-        """Return position and velocity of a port, inputs and constants, by a short name.
-
-        Args:
-            port: port of the system.
-        """
+        """Return position and velocity of a port, inputs and constants, by a short name."""
         system = self.base.system
         found = {}
         if port.position is not None:
@@ -118,12 +98,7 @@ class Residual:
         return {**found, **{f"in_{name}": symbol(name) for name in others}}
 
     def model(self, laws: Mapping[str, sp.Expr], budget: str) -> Model:
-        """Return the base with laws at its ports.
-
-        Args:
-            laws: additional effort by port.
-            budget: size of the search, such as samples and generations.
-        """
+        """Return the base with laws, additional efforts by port; `budget` is the size of the search."""
         system = self.base.system
         ports = tuple(
             replace(p, law=laws[p.name] + (0 if p.law is None else p.law)) if laws.get(p.name, 0) != 0 else p
@@ -137,12 +112,7 @@ class Residual:
 
 
 def best_of(models: list[Model], study: Study) -> Model:
-    """Return the model with the smallest gap on the training experiments.
-
-    Args:
-        models: fitted models.
-        study: known physics, logs and held-out experiments.
-    """
+    """Return the model with the smallest gap on the training experiments."""
     return min(models, key=lambda model: gap_of(model, study, learned=True))
 
 

@@ -46,12 +46,9 @@ class WithLinks:
 class MujocoSysid:
     """`mujoco.sysid.optimize` over the free runs of the training experiments.
 
-    The joint parameters are damping, dry friction, armature and stiffness. The residual is that of the gap.
-    A robot runs in MuJoCo (`in_mujoco.RobotFit`). Another machine runs in the project's free runs, with the
-    same joint parameters at its mechanical ports.
-
-    Args:
-        quantities: quantities of the joints that are fitted, of `QUANTITIES`; default: all.
+    The joint parameters are damping, dry friction, armature and stiffness, or some of them. The residual is
+    that of the gap. A robot runs in MuJoCo (`in_mujoco.RobotFit`). Another machine runs in the project's free
+    runs, with the same joint parameters at its mechanical ports.
     """
 
     needs = ("mujoco",)
@@ -81,12 +78,9 @@ def optimised(
 ) -> tuple[Array, str]:
     """Minimise the sum of squared errors with mujoco.sysid, and return the vector and the iterations.
 
-    Args:
-        errors: function of vectors, shape (sets, entries), that returns errors, shape (errors, sets).
-        start: initial vector, shape (entries,).
-        bounds: lowest and highest vector, each of shape (entries,).
-        scaled: whether the optimiser scales the entries by their slopes, default True. It stalls so where an
-            entry, such as a product of inertia of a plane mechanism, changes nothing.
+    `errors` of vectors (sets, entries) are (errors, sets). The optimiser scales the entries by their slopes
+    if `scaled`; it stalls so where an entry, such as a product of inertia of a plane mechanism, changes
+    nothing.
     """
     from mujoco import sysid
 

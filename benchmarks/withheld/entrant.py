@@ -24,19 +24,12 @@ PAUSE = 0.1
 
 @dataclass(frozen=True)
 class Run:
-    """A finished process.
+    """A finished process."""
 
-    Attributes:
-        cpu: user and system seconds of the process and its children.
-        memory: largest memory of one of them, MB.
-        wall: duration, s.
-        error: reason why there is no answer; "" if there is one.
-    """
-
-    cpu: float
-    memory: float
-    wall: float
-    error: str
+    cpu: float  # user and system seconds of the process and its children
+    memory: float  # largest of one of them, MB
+    wall: float  # s
+    error: str  # why there is no answer; "" if there is one
 
 
 @dataclass(frozen=True)
@@ -44,30 +37,18 @@ class Entrant:
     """A program that answers a case: `python <program> system=FILE logs=FOLDER out=FOLDER <words> -q`.
 
     It writes out/answer.json (see `score`), or out/diagnosis.json, which has the same entries.
-
-    Attributes:
-        name: name in the rows.
-        program: words after `python` that start it.
-        words: further words, such as a switch.
-        checkout: working tree whose packages it imports.
     """
 
-    name: str
-    program: tuple[str, ...] = ("-m", "unmodelled", "diagnose")
-    words: tuple[str, ...] = ()
-    checkout: Path = ROOT
+    name: str  # in the rows
+    program: tuple[str, ...] = ("-m", "unmodelled", "diagnose")  # words after `python`
+    words: tuple[str, ...] = ()  # further ones, such as a switch
+    checkout: Path = ROOT  # working tree whose packages it imports
 
     @classmethod
     def of(cls, word: str) -> Entrant:
         """Read a name of `METHODS` or `unmodelled`, NAME:SCRIPT.py, or NAME:CHECKOUT[+WORD...].
 
         The last one is the diagnosis of another working tree.
-
-        Args:
-            word: the text.
-
-        Raises:
-            BadInput: when there is no such entrant.
         """
         name, _, rest = word.partition(":")
         if not rest and name in METHODS:
@@ -91,14 +72,7 @@ class Entrant:
         return subprocess.run(call, capture_output=True, text=True).stdout.strip()
 
     def run(self, system: Path, logs: Path, out: Path, cap: float) -> Run:
-        """Answer in a fresh process of one numerical thread.
-
-        Args:
-            system: system file.
-            logs: log folder.
-            out: folder of the answer.
-            cap: CPU seconds after which the process is ended.
-        """
+        """Answer in a fresh process of one numerical thread, which is ended after `cap` CPU seconds."""
         words = f"system={system}", f"logs={logs}", f"out={out}", *self.words, "-q"
         call = [sys.executable, *self.program, *words]
         env = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(self.checkout)}

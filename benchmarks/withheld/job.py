@@ -15,17 +15,9 @@ from unmodelled.base.files import write_json
 
 
 def answer(cases: str, number: int, entrant: Entrant, out: Path, cap: float = 300.0) -> Row | None:
-    """Write the row of a case, and return it; None if it was there.
+    """Write the row of a case, by its number among `cases`, and return it; None if it was there.
 
-    Args:
-        cases: words for the cases.
-        number: number of the case among them.
-        entrant: who answers.
-        out: folder of the benchmark.
-        cap: CPU seconds after which the case counts as unanswered.
-
-    Raises:
-        BadInput: when there is no such case.
+    After `cap` CPU seconds the case counts as unanswered.
     """
     every = _drawn(cases, out)
     if not 0 <= number < len(every):

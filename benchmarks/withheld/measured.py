@@ -34,12 +34,7 @@ ARCHIVES = {
 
 
 def real(archives: Path, folder: Path) -> Iterator[Case]:
-    """Yield the measured machines of the project, and archives that bring system files and logs of their own.
-
-    Args:
-        archives: folder of published archives.
-        folder: folder of the cases.
-    """
+    """Yield the measured machines of the project, and archives that bring system files and logs."""
     for name, archive in ARCHIVES.items():
         machine, own = read_machine(ROOT / "systems" / name), folder / name
         data = Path(os.environ.get(machine.variable) or archives / archive)
@@ -95,12 +90,7 @@ def _right(text: str, system: str) -> str:
 
 
 def field(reports: Path, folder: Path) -> Iterator[Case]:
-    """Yield the inputs that every make.py of a folder writes; right answers come from its README.md.
-
-    Args:
-        reports: folder of folders with make.py.
-        folder: folder into which all of it is copied.
-    """
+    """Yield the inputs that every make.py of a folder writes; right answers come from its README.md."""
     if not folder.exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(reports, folder, copy_function=shutil.copyfile)

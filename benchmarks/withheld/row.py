@@ -28,18 +28,12 @@ BEFORE = "before.json"
 
 
 def row(case: Case, entrant: Entrant, answers: Path, cap: float) -> Row:
-    """Answer a case in a fresh process, and return its row.
+    """Answer a case, whose files are there, in a fresh process of at most `cap` CPU seconds; return its row.
 
-    Args:
-        case: case, whose files are there.
-        entrant: program that answers.
-        answers: folder that keeps <case>/answer.json, the model and the log of the case.
-        cap: CPU seconds after which the case counts as unanswered.
-
-    Returns:
-        case, kind, entrant, revision, digest (of system file and logs), truth, cpu (s), wall (s), memory (MB)
-        and error ("" or the reason why there is no answer); with an answer what `score` says, effects (pairs
-        of family and place), gap and rank (of a diagnosis), and harmful.
+    It has case, kind, entrant, revision, digest (of system file and logs), truth, cpu (s), wall (s), memory
+    (MB) and error ("" or the reason why there is no answer); with an answer what `score` says, effects (pairs
+    of family and place), gap and rank (of a diagnosis), and harmful. `answers` keeps <case>/answer.json, the
+    model and the log.
     """
     answers.mkdir(parents=True, exist_ok=True)
     out = answers / case.name

@@ -51,11 +51,7 @@ Z = 1.959964
 
 
 def read_answer(path: Path) -> Row:
-    """Read an answer, with what it may leave out.
-
-    Raises:
-        ValueError: when it is no answer; the text names file and entry.
-    """
+    """Read an answer, with what it may leave out; a ValueError names the file and entry of a fault."""
     try:
         found = json.loads(path.read_text())
         effects = [dict(effect) for effect in found.get("effects", [])]
@@ -177,11 +173,7 @@ def _asked(rows: Sequence[Mapping[str, Any]], key: str) -> str:
 
 
 def main(words: Sequence[str]) -> None:
-    """Print the rates of a folder of answers.
-
-    Raises:
-        ValueError: when a word or a file cannot be used.
-    """
+    """Print the rates of a folder of answers."""
     given = dict(word.partition("=")[::2] for word in words)
     if {*given} != {"truth", "answers"}:
         raise ValueError("words: give truth=FOLDER and answers=FOLDER")

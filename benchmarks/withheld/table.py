@@ -49,31 +49,17 @@ tr {{border-bottom: 1px solid #8884; vertical-align: top}}
 
 
 def rows_of(out: Path, name: str) -> Path:
-    """Return the folder of the rows of an entrant.
-
-    Args:
-        out: folder of the benchmark.
-        name: name of the entrant.
-    """
+    """Return the folder of the rows of an entrant in the folder of the benchmark."""
     return out / "rows" / name
 
 
 def read_rows(folder: Path) -> dict[str, Row]:
-    """Return the rows of a folder by case.
-
-    Args:
-        folder: folder of an entrant's rows; may be missing.
-    """
+    """Return the rows of a folder by case; the folder may be missing."""
     return {path.stem: read_json(path) for path in sorted(folder.glob("*.json"))}
 
 
 def write_page(forms: Mapping[str, Rows], out: Path) -> None:
-    """Write index.html: rates of every entrant, rates by kind, and every case with links to its files.
-
-    Args:
-        forms: rows by case, by name of the entrant.
-        out: folder of the benchmark.
-    """
+    """Write index.html: rates of every entrant, rates by kind, and every case with links to its files."""
     every = {name: [*rows.values()] for name, rows in forms.items()}
     each = [summary(rows) for rows in every.values()]
     rates = [[lines[0][0], *(line[1] for line in lines)] for lines in zip(*each, strict=True)]
@@ -108,12 +94,9 @@ def _html(rows: Iterable[Sequence[str]]) -> str:
 
 
 def page(forms: Mapping[str, Rows]) -> str:
-    """Return all tables as Markdown: counts by kind, cost, paired differences, cases that differ.
+    """Return all tables of one or two forms as Markdown: counts by kind, cost, paired differences, changes.
 
     Only cases that every form has are compared.
-
-    Args:
-        forms: one or two forms: rows by case, by name of the form.
     """
     shared = [case for case in next(iter(forms.values())) if all(case in rows for rows in forms.values())]
     changed = [case for case in shared if len({rows[case]["digest"] for rows in forms.values()}) > 1]
@@ -231,14 +214,7 @@ def _table(rows: Iterator[list[str]]) -> list[str]:
 
 
 def main(words: Sequence[str]) -> None:
-    """Write index.html of entrants, print the tables of the first two, and write them to compare_<names>.md.
-
-    Args:
-        words: names of entrants and out=FOLDER.
-
-    Raises:
-        BadInput: when a word cannot be used, or an entrant has no rows.
-    """
+    """Write index.html of entrants, and the tables of the first two to compare_<names>.md; print these."""
     given = dict(word.partition("=")[::2] for word in words if "=" in word)
     names = [word for word in words if "=" not in word]
     if {*given} != {"out"} or not names:

@@ -23,17 +23,11 @@ SPIKES, FROZEN = 0.003, 0.08
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of logs.
-
-    Attributes:
-        name: name of the fault.
-        decides: whether the right answer is to check the logs; otherwise it is safe to cure.
-        change: changes the tables of the runs, and returns the channels that a right answer may name.
-    """
+    """A fault of logs."""
 
     name: str
-    decides: bool
-    change: Plant
+    decides: bool  # the right answer is to check the logs; otherwise it is safe to cure
+    change: Plant  # changes the tables of the runs; returns channels that a right answer may name
 
     def plant(self, system: System, logs: Path, rng: np.random.Generator) -> list[str]:
         """Change the files of a log folder; return the channels that a right answer may name."""

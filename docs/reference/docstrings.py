@@ -14,17 +14,11 @@ HEADING = re.compile(r"^(Args|Attributes|Class attributes|Examples|Raises|Return
 
 @dataclass(frozen=True)
 class Documented:
-    """Docstring and parameters of a function or class.
+    """Docstring and parameters of a function or class."""
 
-    Attributes:
-        text: text of the docstring before the first section.
-        sections: heading -> text of the section.
-        parameters: name -> annotation, of the arguments of a function or the fields of a dataclass.
-    """
-
-    text: str
-    sections: dict[str, str]
-    parameters: dict[str, str]
+    text: str  # before the first section
+    sections: dict[str, str]  # by heading
+    parameters: dict[str, str]  # annotations of arguments of a function or fields of a dataclass, by name
 
     @property
     def first(self) -> str:
@@ -47,14 +41,7 @@ class Documented:
 
 
 def of(target: str) -> Documented:
-    """Return the docstring of a function or class.
-
-    Args:
-        target: dotted path, such as the `_target_` of a configuration file.
-
-    Raises:
-        KeyError: when there is no such function or class.
-    """
+    """Return the docstring of a function or class by its dotted path, such as a `_target_`."""
     module, _, name = target.rpartition(".")
     path = ROOT / (module.replace(".", "/") + ".py")
     if not path.exists():  # what a package passes on
