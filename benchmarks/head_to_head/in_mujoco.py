@@ -90,11 +90,7 @@ class RobotFit:
         x = prepare(system, logs).x[recording.start]
         first = np.column_stack([np.zeros(len(x)), x[:, q], x[:, v]])
         found, _ = rollout.rollout(
-            robot,
-            mujoco.MjData(robot),
-            first,
-            force,
-            control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED),
+            robot, mujoco.MjData(robot), first, force, control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
         )
         simulated = np.full((*found.shape[:2], len(states)), np.nan)
         simulated[:, :, q], simulated[:, :, v] = np.split(found[:, :, 1:], 2, axis=2)

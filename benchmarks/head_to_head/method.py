@@ -66,10 +66,7 @@ def gap_of(model: Model, study: Study, learned: bool = False) -> float:
 
 
 def with_values(
-    hypothesis: Hypothesis,
-    values: Mapping[str, float],
-    own: Mapping[str, Mapping[str, float]],
-    substeps: int,
+    hypothesis: Hypothesis, values: Mapping[str, float], own: Mapping[str, Mapping[str, float]], substeps: int
 ) -> tuple[System, Logs]:
     """Return a hypothesis as a system with given numbers (SI), and the logs with its constants.
 

@@ -151,11 +151,7 @@ def _times(root: Node, found: Mapping[str, Node], logs: Logs | None) -> tuple[fl
 
 
 def _start(
-    root: Node,
-    found: Mapping[str, Node],
-    system: System,
-    logs: Logs | None,
-    travel: Mapping[str, Range],
+    root: Node, found: Mapping[str, Node], system: System, logs: Logs | None, travel: Mapping[str, Range]
 ) -> dict[str, float]:
     """States at the start, SI. Zero is no rest on a scale such as degC: there a start is needed, which is
     the mean of the logged ones where there are logs.

@@ -16,14 +16,7 @@ from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
-from unmodelled.report.headline import (
-    as_said,
-    fallen,
-    headline,
-    main_number,
-    outcome,
-    percent,
-)
+from unmodelled.report.headline import as_said, fallen, headline, main_number, outcome, percent
 from unmodelled.report.numbers import amounts, number, quantity, unit_text
 
 Array = NDArray[np.float64]

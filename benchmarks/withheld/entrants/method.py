@@ -34,8 +34,7 @@ def main(words: Sequence[str]) -> None:
     out.mkdir(parents=True, exist_ok=True)
     write_system(model.system, out / MODEL)
     write_json(
-        out / ANSWER,
-        {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL},
+        out / ANSWER, {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL}
     )
 
 
