@@ -124,7 +124,7 @@ class LearnedLaws:
         # load matplotlib and the templates
         from unmodelled.report.figures.learned import losses
         from unmodelled.report.figures.style import svg
-        from unmodelled.report.training_page import write_training_page
+        from unmodelled.report.result_pages import write_training_page
 
         sources = {"system": self.fit.system.source, "logs": self.logs.source}
         with writing("train", Path(folder), sources), extending_folder(Path(folder)) as new:

@@ -151,7 +151,7 @@ class Simulation:
         """
         # load matplotlib and the templates
         from unmodelled.report.figures.style import svg, verbatim
-        from unmodelled.report.simulation_page import write_simulation_page
+        from unmodelled.report.result_pages import write_simulation_page
 
         sources = {"system": self.system.source, "logs": self.logs.source}
         with verbatim(), writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:

@@ -33,7 +33,7 @@ def write_page(
     # load matplotlib and the templates
     from unmodelled.report.figures.style import svg
     from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
-    from unmodelled.report.uncertainty_page import write_uncertainty_page
+    from unmodelled.report.result_pages import write_uncertainty_page
 
     best = found.most_likely
     figures = {

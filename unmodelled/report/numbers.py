@@ -9,7 +9,7 @@ from typing import Any
 
 from unmodelled.base.wording import amounts, number, unit_text
 
-__all__ = ["amounts", "duration", "number", "percentage", "quantity", "unit_text"]
+__all__ = ["amounts", "duration", "number", "percentage", "quantity", "short", "unit_text"]
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
@@ -33,6 +33,11 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
         return f"{v:z.{digits}f}".replace("-", "−")  # the z drops the sign of a zero
 
     return shown(value), f"{shown(low)} to {shown(high)}"
+
+
+def short(value: float | None) -> str:
+    """Return a number with three significant digits."""
+    return number(value if value is None else float(f"{value:.3g}"))
 
 
 def percentage(unit: str) -> tuple[bool, str]:

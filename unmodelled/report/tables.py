@@ -48,6 +48,21 @@ class Table:
         return text.getvalue()
 
 
+def number_cell(value: Any, missing: str = "–") -> Cell:
+    """Return the cell of a number, which may be missing."""
+    return Cell(missing, "") if value is None else Cell(number(value), exact(value))
+
+
+def error_cell(value: float | None) -> Cell:
+    """Return the cell of an error; a simulation that diverges has none."""
+    return number_cell(value, "diverges")
+
+
+def unit_cell(unit: str) -> Cell:
+    """Return the cell of a unit."""
+    return Cell(unit_text(unit) or "–", unit)
+
+
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
     """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers."""
     columns, *rows = list(csv.reader(io.StringIO(text)))
