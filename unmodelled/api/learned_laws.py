@@ -95,7 +95,7 @@ class LearnedLaws:
         Raises:
             BadInput: when there is no such network, or no law at all.
         """
-        from unmodelled.report.figures.learned import learned_law  # loads matplotlib
+        from unmodelled.report.figures.results import learned_law  # loads matplotlib
         from unmodelled.report.figures.tables import printed
 
         self._check()
@@ -122,7 +122,7 @@ class LearnedLaws:
         """
         self._check()
         # load matplotlib and the templates
-        from unmodelled.report.figures.learned import losses
+        from unmodelled.report.figures.results import losses
         from unmodelled.report.figures.style import svg
         from unmodelled.report.result_pages import write_training_page
 

@@ -68,7 +68,7 @@ class NextExperiment:
 
     def plot(self) -> Figure:
         """Draw the inputs, and the outputs that every model predicts."""
-        from unmodelled.report.figures.next_experiment import next_experiment as drawn  # loads matplotlib
+        from unmodelled.report.figures.results import next_experiment as drawn  # loads matplotlib
         from unmodelled.report.figures.style import verbatim
 
         with verbatim():

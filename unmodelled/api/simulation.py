@@ -124,7 +124,7 @@ class Simulation:
             BadInput: when the experiment was not simulated.
         """
         # load matplotlib
-        from unmodelled.report.figures.free_run import measured_and_simulated
+        from unmodelled.report.figures.results import measured_and_simulated
         from unmodelled.report.figures.style import verbatim
 
         name = self.worst if experiment is None else experiment

@@ -31,8 +31,8 @@ def write_page(
         BadInput: when the file cannot be written.
     """
     # load matplotlib and the templates
+    from unmodelled.report.figures.results import observations, profile_likelihoods
     from unmodelled.report.figures.style import svg
-    from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
     from unmodelled.report.result_pages import write_uncertainty_page
 
     best = found.most_likely
