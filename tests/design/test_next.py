@@ -13,7 +13,8 @@ import pandas as pd
 import pytest
 
 from tests.machines.folders import Array, motion, read_case, system_of, text_of, write_runs
-from unmodelled.api.next_experiment import NextExperiment, planned
+from unmodelled.api.answer import Answer
+from unmodelled.api.next_experiment import NextExperiment, next_experiment
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
 from unmodelled.design.checked import check_answer
@@ -71,7 +72,8 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def proposed(case: Path, seed: int = 0, limits: Path | None = None, **changed: Any) -> NextExperiment:
     answer = {**json.loads((case / "answer" / "diagnosis.json").read_text()), **changed}
-    return planned(*read_case(case), answer, limits or case / "limits.yaml", seed)
+    given = Answer(case, answer, read_case(case))
+    return next_experiment(given, limits or case / "limits.yaml", seed)
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,6 @@ from unmodelled.design.content import content, experiment, predictions, sentence
 from unmodelled.design.design import Design, design
 from unmodelled.design.written import write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import System
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -139,22 +137,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
         >>> found.table().columns.tolist(), bool(found.table()["torque"].abs().max() <= 0.5)
         (['t', 'torque'], True)
     """
-    return planned(*answer.inputs(), answer.content, Path(limits), seed)
-
-
-def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path, seed: int) -> NextExperiment:
-    """Design the next experiment from the content of diagnosis.json, see `next_experiment`.
-
-    Args:
-        system: system of the diagnosis.
-        logs: logs of the diagnosis.
-        answer: content of diagnosis.json.
-        limits: file of the limits.
-        seed: seed of the search.
-
-    Raises:
-        BadInput: when system, logs, answer, limits or seed cannot be used together.
-    """
+    system, logs = answer.inputs()
     check_seed(seed)
     sources = {"system": system.source, "logs": logs.source, "limits": str(limits)}
-    return NextExperiment(design(system, logs, answer, limits, seed, say), sources)
+    return NextExperiment(design(system, logs, answer.content, Path(limits), seed, say), sources)

@@ -47,13 +47,7 @@ def place_of(entry: Entry) -> Place:
     if "parameter" in entry:
         return Place("parameter", entry["parameter"], *local)
     kind, _, name = entry["port"].rpartition(":")
-    match kind:
-        case "actuator":
-            return Place("actuator", name, *local)
-        case "sensor":
-            return Place("sensor", name, *local)
-        case _:
-            return Place("port", name, *local)
+    return Place(kind if kind in ("actuator", "sensor") else "port", name, *local)
 
 
 def fitted_rival(

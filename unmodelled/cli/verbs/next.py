@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.api.diagnosis import read_answer
-from unmodelled.api.next_experiment import planned
+from unmodelled.api.next_experiment import next_experiment
 from unmodelled.base.ownership import verb
 
 
@@ -39,6 +40,6 @@ def next(
             system file or the logs have moved, or when no experiment keeps the limits.
     """
     found = read_answer(answer)
-    proposal = planned(*found.inputs(system, logs), found.content, limits, seed)
+    proposal = next_experiment(replace(found, given=found.inputs(system, logs)), limits, seed)
     proposal.save(out)
     print(proposal)
