@@ -93,28 +93,26 @@ def _line(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def gaps(table: pd.DataFrame) -> str:
     """Return the gaps of all methods as a table in Markdown, the smallest within 1 % in bold."""
-    lines = [["machine", "as given", "noise floor", *COMMON.values()]]
-    for case, group in table.groupby("case", sort=False):
-        each = group.set_index("method")
-        values = {name: _number(each, name, "gap") for name in COMMON}
-        finite = [value for value in values.values() if value == value]
-        best = min(finite, default=float("nan"))
-        first = group.iloc[0]
-        cells = [_cell(each, name, value, value <= ALIKE * best) for name, value in values.items()]
-        lines.append([_name(case, first), f"{first['known']:.3g}", f"{first['floor']:.3g}", *cells])
-    return _markdown(lines)
+    return _smallest(table, "machine", "gap", {"as given": "known", "noise floor": "floor"}, COMMON)
 
 
 def in_mujoco(table: pd.DataFrame) -> str:
     """Return the gaps in MuJoCo of machines that are robots as a table in Markdown."""
     some = table[table["mujoco"].notna()]
-    lines = [["robot", "as given", *HEADINGS.values()]]
-    for case, group in some.groupby("case", sort=False):
-        each = group.set_index("method")
-        values = {name: _number(each, name, "mujoco") for name in HEADINGS}
-        best = min((v for v in values.values() if v == v), default=float("nan"))
+    return _smallest(some, "robot", "mujoco", {"as given": "mujoco_given"}, HEADINGS)
+
+
+def _smallest(
+    table: pd.DataFrame, machine: str, column: str, beside: Mapping[str, str], methods: Mapping[str, str]
+) -> str:
+    """A row per machine: columns that are the same for all methods, and a column of every method."""
+    lines = [[machine, *beside, *methods.values()]]
+    for case, group in table.groupby("case", sort=False):
+        each, first = group.set_index("method"), group.iloc[0]
+        values = {name: _number(each, name, column) for name in methods}
+        best = min((value for value in values.values() if value == value), default=float("nan"))
         cells = [_cell(each, name, value, value <= ALIKE * best) for name, value in values.items()]
-        lines.append([case, f"{group.iloc[0]['mujoco_given']:.3g}", *cells])
+        lines.append([_name(case, first), *(f"{first[known]:.3g}" for known in beside.values()), *cells])
     return _markdown(lines)
 
 
@@ -159,17 +157,15 @@ def errors(table: pd.DataFrame) -> str:
 
 def counts(table: pd.DataFrame) -> str:
     """Return how often tuning methods hide an effect as a table in Markdown."""
-    head = ["method", "cases", "effect is no parameter of it", "hidden", "median of the largest error"]
-    lines = [head]
+    lines = [["method", "cases", "effect is no parameter of it", "hidden", "median of the largest error"]]
     for name in COMMON:
         mine = table[(table["method"] == name) & table["gap"].notna()]
         middle = f"{100 * mine['parameter_error'].astype(float).median():.0f} %" if len(mine) else "–"
-        if name in TUNING:
-            other = int((mine["expressible"].astype(str) == "False").sum())
-            hidden = int((mine["hides"].astype(str) == "True").sum())
-            lines.append([HEADINGS[name], str(len(mine)), str(other), str(hidden), middle])
-        else:
-            lines.append([HEADINGS[name], str(len(mine)), "–", "–", middle])
+        other, hidden = (
+            (mine[c].astype(str) == v).sum() for c, v in (("expressible", "False"), ("hides", "True"))
+        )
+        found = [str(other), str(hidden)] if name in TUNING else ["–", "–"]
+        lines.append([HEADINGS[name], str(len(mine)), *found, middle])
     return _markdown(lines)
 
 
