@@ -252,8 +252,8 @@ def test_an_edit_is_named(
 def test_a_number_that_an_edit_left_plausible_is_designed_with(
     case: Path, answer: dict[str, Any], key: str, value: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("unmodelled.design.search.GENERATIONS", 0)
-    monkeypatch.setattr("unmodelled.design.search.REFINED", 0)
+    monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 0)
+    monkeypatch.setattr("unmodelled.design.design.REFINED", 0)
     answer["effects"][0]["parameters"]["F"][key] = value if key == "value" else [value, 1.0]
     assert np.isfinite(proposed(case, **answer).odds["proposed"]).all()
 

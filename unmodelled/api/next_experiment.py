@@ -18,7 +18,7 @@ from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
 from unmodelled.design.content import content, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
-from unmodelled.design.written import write_experiment
+from unmodelled.design.runs import write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 
 if TYPE_CHECKING:

@@ -19,9 +19,8 @@ from unmodelled.base.progress import say
 from unmodelled.design.limits import Limits, read_limits
 from unmodelled.design.plan_content import effects_table, plan_content, plan_lines
 from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
-from unmodelled.design.runs import frame
+from unmodelled.design.runs import DIGITS, frame, write_experiment
 from unmodelled.design.visible import Alike, Visible, alike, visible
-from unmodelled.design.written import DIGITS, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from unmodelled.base.wording import number, unit_text
-from unmodelled.design.criterion import Value
+from unmodelled.design.criterion import BestSensor, Value
 from unmodelled.design.design import Design
 from unmodelled.design.limits import Limits, units_of
 from unmodelled.design.rivals import HALF_INTERVAL
 from unmodelled.design.runs import frame, start_of
-from unmodelled.design.sensors import BestSensor
 from unmodelled.effects.added import Added
 from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged

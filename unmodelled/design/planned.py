@@ -13,9 +13,8 @@ from scipy.stats import qmc
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, frame, quantities, simulated
+from unmodelled.design.runs import equations, frame, quantities, read_experiment, simulated
 from unmodelled.design.signals import FAMILIES
-from unmodelled.design.written import read_experiment
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
