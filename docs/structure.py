@@ -33,7 +33,7 @@ from typing import Any
 import grimp
 import yaml
 
-from docs.inherited import classes, docstring
+from docs.reference.docstrings import classes, docstring
 
 PACKAGES = "unmodelled", "pipeline"
 ARRAY = re.compile(r"Array|Tensor|ndarray")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -111,9 +111,13 @@ class Residual:
         return Model(found, self.base.logs, says, uncertain(found), budget=budget, laws=kept)
 
 
-def best_of(models: list[Model], study: Study) -> Model:
-    """Return the model with the smallest gap on the training experiments."""
-    return min(models, key=lambda model: gap_of(model, study, learned=True))
+def best_law(study: Study, regressed: Callable[[Residual, Study], list[Model]]) -> Model:
+    """Return the model with the smallest gap on the training experiments, of regressed ones and no law."""
+    found = []
+    for residual in Residual.each(study):
+        found.append(residual.model({}, "no law lowers the gap of the training experiments"))
+        found += regressed(residual, study) if residual.rates else []
+    return min(found, key=lambda model: gap_of(model, study, learned=True))
 
 
 def _short(law: sp.Expr) -> str:

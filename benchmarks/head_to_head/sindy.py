@@ -9,7 +9,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model
-from benchmarks.head_to_head.residual import Residual, best_of
+from benchmarks.head_to_head.residual import Residual, best_law
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
 
@@ -38,12 +38,7 @@ class WeakSindy:
     name, needs = "PySINDy", ("pysindy",)
 
     def fit(self, study: Study) -> Model:
-        found = []
-        for residual in Residual.each(study):
-            found.append(residual.model({}, "no law lowers the gap of the training experiments"))
-            if residual.rates:
-                found += _regressed(residual, study)
-        return best_of(found, study)
+        return best_law(study, _regressed)
 
 
 def _terms(residual: Residual, port: Port) -> list[sp.Expr]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from docs.inherited import Classes, classes, docstring
+from docs.reference.docstrings import Classes, classes, docstring
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("unmodelled", "pipeline")
