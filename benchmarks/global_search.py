@@ -76,16 +76,11 @@ def _compared(
     found, times = [], []
     for seed in range(SEEDS):
         start = time.perf_counter()
-        ours = _ours(objective, bounds, seed)
+        ours = identify(objective, bounds, CLIPPED_NORMAL.search, seed)
         between = time.perf_counter()
-        found.append((ours, genetic(objective, bounds, seed)))
+        found.append(((ours.log_likelihood, ours.evaluations), genetic(objective, bounds, seed)))
         times.append((between - start, time.perf_counter() - between))
     return np.array(found), times
-
-
-def _ours(objective: Callable[[Array], Array], bounds: Array, seed: int) -> tuple[float, int]:
-    found = identify(objective, bounds, CLIPPED_NORMAL.search, seed)
-    return found.log_likelihood, found.evaluations
 
 
 def _genetic() -> tuple[Search, str]:

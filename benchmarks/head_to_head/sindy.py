@@ -91,7 +91,7 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
         for s, k in enumerate(residual.rates):
             x = np.column_stack([columns[rows, s], residual.known[rows, s]])
             integrals = _integrals(weak, x)
-            slope = _slopes(weak, logs.x[rows, k])
+            slope = np.asarray(weak.convert_u_dot_integral(logs.x[rows, k, None]))[:, 0]  # by parts
             matrix.append(integrals[:, :-1] / scale[s])
             target.append((slope - integrals[:, -1]) / scale[s])
     theta, rest = np.vstack(matrix), np.concatenate(target)
@@ -118,11 +118,6 @@ def _integrals(weak, x: Array) -> Array:  # type: ignore[no-untyped-def]
     return np.stack(
         [np.tensordot(w, x[k[0]], axes=(0, 0)) for w, k in zip(weak.fullweights0, weak.inds_k, strict=True)]
     )
-
-
-def _slopes(weak, x: Array) -> Array:  # type: ignore[no-untyped-def]
-    """Integrals of the rate of a signal (samples,) with every test function, by parts."""
-    return np.asarray(weak.convert_u_dot_integral(x[:, None]))[:, 0]
 
 
 def _ensemble(theta: Array, rest: Array, threshold: float, seed: int) -> Array:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from resource import struct_rusage
@@ -91,7 +92,9 @@ class Entrant:
             try:
                 code, used = _waited(process, start + PATIENCE * cap)
             finally:
-                _end(process)
+                # what the process left behind, and the process itself if the bench is interrupted
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
         cpu, wall = used.ru_utime + used.ru_stime, time.monotonic() - start
         unit = 1 if sys.platform == "darwin" else 1024
         error = "" if code == 0 else _reason(code, cpu, wall, cap, log.read_text())
@@ -108,14 +111,6 @@ def _waited(process: subprocess.Popen[bytes], end: float) -> tuple[int, struct_r
         if time.monotonic() > end:
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(PAUSE)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End what the process left behind, and the process itself if the bench is interrupted."""
-    try:
-        os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        return
 
 
 def _reason(code: int, cpu: float, wall: float, cap: float, told: str) -> str:

@@ -134,7 +134,8 @@ def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
             rows = [row for row in every if kind in (row["kind"], "all")]
             if rows:
                 counts = [_share([_value(row, key) for row in rows]) for key in COUNTED]
-                counts += [_share([yes for row in rows for yes in _effects(row)])]
+                named = ((row.get("material_named", 0), row.get("material", 0)) for row in rows)
+                counts += [_share([k < found for found, every in named for k in range(every)])]
                 ranks = [rank for row in rows for rank in _ranks(row)]
                 counts += [_share([rank is not None and rank <= most for rank in ranks]) for most in (1, 3)]
                 yield [kind, name, str(len(rows)), *counts, str(sum(bool(row["error"]) for row in rows))]
@@ -154,12 +155,6 @@ def _ranks(row: Row) -> Sequence[int | None]:
         return [None] if row["kind"] == "single" else []
     ranks: Sequence[int | None] = row.get("rank", [])
     return [rank for rank, seen in zip(ranks, row.get("seen", [True] * len(ranks)), strict=True) if seen]
-
-
-def _effects(row: Row) -> Sequence[bool]:
-    """Whether each material effect is named, in any order."""
-    many, named = row.get("material", 0), row.get("material_named", 0)
-    return [k < named for k in range(many)]
 
 
 def _share(values: Sequence[bool | None]) -> str:

@@ -55,10 +55,6 @@ def _reversed(system: System, runs: Runs, rng: np.random.Generator) -> list[str]
     return [*_scaled(system, runs, -1.0), *(o.name for o in system.outputs)]
 
 
-def _thousandths(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
-    return _scaled(system, runs, 1000.0)
-
-
 def _unit(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
     """The first output, in degrees where it is an angle, and in thousandths of its unit elsewhere."""
     output = system.outputs[0]
@@ -117,7 +113,7 @@ def _frozen(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
 
 FAULTS = (
     Fault("reversed", True, _reversed),
-    Fault("thousandths", True, _thousandths),
+    Fault("thousandths", True, lambda system, runs, _: _scaled(system, runs, 1000.0)),
     Fault("unit", True, _unit),
     Fault("shifted", True, _shifted),
     Fault("clock", True, _clock),

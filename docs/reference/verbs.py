@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from docs.reference.docstrings import Documented, of
+from docs.reference.docstrings import of
 from docs.reference.markdown import code, table, value
 from pipeline.__main__ import CONF, PROGRAM
 
@@ -40,7 +40,8 @@ def _section(verb: str, line: str) -> str:
         table(("key", "default", "meaning"), rows),
     ]
     if "Raises" in found.sections:
-        parts.append(f"Refused: {_refused(found)}\n")
+        refused = " ".join(found.sections["Raises"].split()).removeprefix("BadInput: ")
+        parts.append(f"Refused: {refused}\n")
     return "\n".join(parts)
 
 
@@ -55,11 +56,6 @@ def _default(verb: str, name: str, kind: str, config: dict[str, Any], chosen: di
     if isinstance(content, dict) and len(str(content)) > 80:
         return f"see [{verb}.yaml](../../{PROGRAM.config(verb).relative_to(CONF.parent)})"
     return code(value(content))
-
-
-def _refused(found: Documented) -> str:
-    text = " ".join(found.sections["Raises"].split())
-    return text.removeprefix("BadInput: ")
 
 
 def _joined(text: str) -> str:

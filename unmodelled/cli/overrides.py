@@ -97,12 +97,9 @@ def _check_word(program: Program, verb: str, word: str) -> None:
 
 def quoted(name: str, text: str) -> str:
     """Return a word of a command line that gives a key any text: in quotes for Hydra, and for the shell."""
-    word = f"{name}='{_escaped(text)}'"
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    word = f"{name}='{escaped}'"
     return shlex.quote(word) if set('"$`\\!') & set(word) else f'"{word}"'
-
-
-def _escaped(text: str) -> str:
-    return text.replace("\\", "\\\\").replace("'", "\\'")
 
 
 def _all_keys(program: Program, verb: str) -> str:

@@ -135,7 +135,8 @@ def predictions(design: Design) -> pd.DataFrame:
 
 def sentences(found: Mapping[str, Any]) -> list[str]:
     """Return what a user reads of next.json."""
-    start = ", ".join(f"{name} = {_told_amount(each)}" for name, each in found["start"].items())
+    amounts = {name: f"{each['value']:g} {unit_text(each['unit'])}" for name, each in found["start"].items()}
+    start = ", ".join(f"{name} = {amount.rstrip()}" for name, amount in amounts.items())
     what = f"this {found['duration']:g} s experiment ({found['family']}{start and f', start at {start}'})"
     return [
         *_told(found, what),
@@ -187,10 +188,6 @@ def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
                 f"no experiment within the limits was found that narrows {interval}, {before} ({beside}); "
                 "widen the limits, lengthen it or add a sensor"
             )
-
-
-def _told_amount(amount: Mapping[str, Any]) -> str:
-    return f"{amount['value']:g} {unit_text(amount['unit'])}".rstrip()
 
 
 def _amount(value: float, unit: LoggedUnit) -> dict[str, Any]:

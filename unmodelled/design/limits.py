@@ -91,9 +91,10 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
             raise found["inputs"].wrong(
                 f"the input {name} has no limits: add {name}: {{low: ..., high: ...}}{_in(unit)}"
             )
-    written = tuple(_input(inputs[name], unit) for name, unit in items.items())
+    written = tuple(_range(inputs[name], unit, ("low", "high"), "rate") for name, unit in items.items())
     units = units_of(system)
-    travel = {name: _travel(node, units[name]) for name, node in _given(found, "travel", units).items()}
+    moving = _given(found, "travel", units)
+    travel = {name: _range(node, units[name], (), "speed") for name, node in moving.items()}
     noise = _given(found, "noise", [o.name for o in system.outputs])
     constants = _given(found, "operating_point", [c.name for c in system.operating_point])
     return Limits(
@@ -208,20 +209,11 @@ def _positive(node: Node, unit: LoggedUnit = SECONDS) -> float:
     return value
 
 
-def _input(node: Node, unit: LoggedUnit) -> Range:
-    entries = node.fields(("low", "high"), ("rate",))
-    rate = _positive(entries["rate"], unit) if "rate" in entries else np.inf
-    return _increasing(node, Range(_checked(entries["low"], unit), _checked(entries["high"], unit), rate))
-
-
-def _travel(node: Node, unit: LoggedUnit) -> Range:
-    entries = node.fields((), ("low", "high", "speed"))
+def _range(node: Node, unit: LoggedUnit, needed: tuple[str, ...], rate: str) -> Range:
+    """Ends in `unit`, and the largest change per second, which the file calls `rate`."""
+    entries = node.fields(needed, tuple(name for name in ("low", "high", rate) if name not in needed))
     ends = {name: _checked(entries[name], unit) for name in ("low", "high") if name in entries}
-    rate = _positive(entries["speed"], unit) if "speed" in entries else np.inf
-    return _increasing(node, Range(**ends, rate=rate))
-
-
-def _increasing(node: Node, found: Range) -> Range:
+    found = Range(**ends, rate=_positive(entries[rate], unit) if rate in entries else np.inf)
     if not found.low < found.high:
         raise node.wrong(f"low must be below high, got {found.low:g} and {found.high:g}")
     return found

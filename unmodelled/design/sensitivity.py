@@ -14,7 +14,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.functions import gradient
-from unmodelled.systems.model import Parameter, Port, System, symbol
+from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
@@ -83,7 +83,9 @@ def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = N
     sizes = _sizes(samples.rates)[rows]
     e, notes = _efforts(samples, [i for i in rows if logs.measured[i]])
     jacobian = samples.values([d for i in rows for d in gradient(system.closed[i], symbols)], e)
-    inputs = [samples.values(_inputs(system, port), e) for port in system.ports]
+    # a network in a port sees its motion, or the whole state if the port has none
+    seen = [tuple(map(system.expression, port.coordinates)) or system.x for port in system.ports]
+    inputs = [samples.values(each, e) for each in seen]
     keep = np.isfinite(np.concatenate([jacobian, e, *inputs], 1)).all(1)
     if not keep.any():
         raise BadInput(
@@ -137,11 +139,6 @@ def _sizes(columns: Array) -> Array:
     """Return the rms of every column; 1 for a column of zeros."""
     sizes = np.sqrt(np.mean(columns**2, 0))
     return np.where(sizes > 0.0, sizes, 1.0)
-
-
-def _inputs(system: System, port: Port) -> tuple[sp.Expr, ...]:
-    """Return the inputs of a network in the port: its motion, or the whole state if the port has none."""
-    return tuple(system.expression(name) for name in port.coordinates) or system.x
 
 
 def _samples(system: System, logs: Logs) -> _Samples:
