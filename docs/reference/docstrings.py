@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from unmodelled.cli.program import full_docstring
+
 ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^(Args|Attributes|Class attributes|Examples|Raises|Returns|Yields):$", re.M)
 #: Base classes that document no method of a subclass.
@@ -75,7 +77,7 @@ def _passed_on(path: Path, name: str) -> str:
 
 
 def _documented(node: ast.FunctionDef | ast.ClassDef) -> Documented:
-    parts = HEADING.split(ast.get_docstring(node) or "")
+    parts = HEADING.split(full_docstring(node))
     sections = {name: text.strip("\n") for name, text in zip(parts[1::2], parts[2::2], strict=True)}
     if isinstance(node, ast.FunctionDef):
         found = {a.arg: a.annotation for a in (*node.args.args, *node.args.kwonlyargs)}

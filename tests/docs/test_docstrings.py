@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from docs.reference.docstrings import Classes, classes, docstring
+from unmodelled.cli.program import full_docstring
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("unmodelled", "pipeline")
@@ -73,7 +74,7 @@ class Documented:
 
     @property
     def text(self) -> str:
-        return ast.get_docstring(self.node) or ""
+        return full_docstring(self.node)
 
     @property
     def is_property(self) -> bool:

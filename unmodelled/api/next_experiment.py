@@ -112,10 +112,10 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
 
     Args:
         answer: answer of a diagnosis, also one that `read_answer` has read.
-        limits: YAML file with `duration`, `inputs` and, as needed, `travel`, `start`, `operating_point` and
-            `period`, all in the units of the columns in the system file, see
-            `unmodelled.design.limits.read_limits`.
-        seed: seed of the search; the same seed gives the same experiment; default 0.
+        limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
+            `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
+            `period` (s); all in the units of the columns in the system file (mA, degC, %), rates per second.
+        seed: seed of the search; the same seed gives the same experiment on one kind of processor; default 0.
 
     Returns:
         The experiment, with what every model predicts and a chirp and random levels to compare with.

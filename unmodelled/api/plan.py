@@ -100,12 +100,14 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
 
     Args:
         system: known physics, or the path of its file; parameters marked `identify` are re-fitted.
-        limits: YAML file with `duration`, `period`, `inputs`, `noise` (standard deviation of outputs) and as
-            needed `travel`, `start` and `operating_point`, all in the units of the columns in the system
-            file, see `unmodelled.design.limits.read_limits`.
+        limits: YAML file with `duration` and `period` (s), `inputs` (`low`, `high`, `rate` per second),
+            `noise` (standard deviation of every output) and, as needed, `travel` (`low`, `high`, `speed` of
+            states, outputs or signals), `start` and `operating_point`; all in the units of the columns in
+            the system file (mA, degC, %), rates per second.
         inputs: CSV file with t (s) and the columns of the inputs, or a folder with such files, which must
             keep the limits; default: two experiments of each of five families of signals within the limits.
-        seed: seed of the experiments and of the noise; default 0.
+        seed: seed of the experiments and of the noise; the same seed gives the same files on one kind of
+            processor; default 0.
 
     Returns:
         The effects with the sizes from which they show, and the pairs that would look alike.

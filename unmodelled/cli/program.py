@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Folder of the library.
 PACKAGE = Path(__file__).parents[1]
+#: Line in the docstring of a verb that leaves the meaning of keys to a function of the library.
+SEE = re.compile(r"^    (\w+(?:, \w+)*): see `(unmodelled\.[\w.]+)`\.\n", re.M)
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,24 @@ def version() -> str:
     from importlib.metadata import version as installed
 
     return f"unmodelled {installed('unmodelled')} (Python {'.'.join(map(str, sys.version_info[:3]))})"
+
+
+def full_docstring(node: ast.FunctionDef | ast.ClassDef) -> str:
+    """Return a docstring, with the meaning of keys that it leaves to a function of the library."""
+    return SEE.sub(_entries, ast.get_docstring(node) or "")
+
+
+def _entries(found: re.Match[str]) -> str:
+    """Entries of some keys, as the docstring of the function has them."""
+    module, _, name = found[2].rpartition(".")
+    text = ast.get_docstring(_function(PACKAGE.parent / f"{module.replace('.', '/')}.py", name)) or ""
+    told = {entry[1]: entry[0] for entry in re.finditer(r"^    (\w+): .*\n(?: {8}.*\n)*", text, re.M)}
+    return "".join(told[key] for key in found[1].split(", "))
+
+
+def _function(path: Path, name: str) -> ast.FunctionDef:
+    nodes = ast.parse(path.read_text()).body
+    return next(node for node in nodes if isinstance(node, ast.FunctionDef) and node.name == name)
 
 
 @dataclass(frozen=True)
@@ -66,9 +86,7 @@ class Program:
 
     def docstring(self, verb: str) -> str:
         """Return the docstring of a verb, without importing the verb."""
-        tree = ast.parse(self.verbs[verb].read_text())
-        function = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == verb)
-        return ast.get_docstring(function) or ""
+        return full_docstring(_function(self.verbs[verb], verb))
 
     def config(self, verb: str) -> Path:
         """Return the path of the configuration file of a verb."""

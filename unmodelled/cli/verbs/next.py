@@ -27,13 +27,8 @@ def next(
         system: system file of the diagnosis; null: where the answer found it.
         logs: log folder of the diagnosis; null: where the answer found it.
         answer: folder of the diagnosis, with diagnosis.json.
-        limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
-            `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
-            `period` (s);
-            all in the units of the columns in the system file (mA, degC, %), rates per second.
+        limits, seed: see `unmodelled.api.next_experiment.next_experiment`.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        seed: seed of the search; the same seed gives the same files on one kind of
-            processor.
 
     Raises:
         BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the
