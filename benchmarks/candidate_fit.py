@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 import sympy as sp
 import torch
-from numpy.typing import NDArray
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
+from pipeline.arrays import Array
 from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import begin, iterate
@@ -30,8 +30,6 @@ from unmodelled.learning.rollout import simulate
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 PEER = f"the kernel generated for this structure and compiled before, numba {numba.__version__}"
 EXPERIMENTS, SAMPLES, HORIZON, ROUNDS = 14, 2000, 0.1, 5

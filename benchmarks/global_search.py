@@ -9,9 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import PeerMissing, compared
+from pipeline.arrays import Array
 from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
@@ -21,7 +21,6 @@ from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.identify import identify
 from unmodelled.uncertainty.methods import GAUSSIAN, PUSH_FORWARD
 
-Array = NDArray[np.float64]
 #: Maximises log-likelihoods (B,) of parameters (B, k) within bounds (k, 2), from a seed: best, evaluations.
 Search = Callable[[Callable[[Array], Array], Array, int], tuple[float, int]]
 

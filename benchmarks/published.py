@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from pipeline.arrays import Array
 from pipeline.recordings import cascaded_tanks, emps, silverbox
 from pipeline.recordings.archive import Archive
 from pipeline.recordings.log_folder import parts
@@ -35,8 +35,6 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 SYSTEMS = Path(__file__).parents[1] / "systems"
 #: Integration steps per sample; twice as many change no error of the table by one per cent.

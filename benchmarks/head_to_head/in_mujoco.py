@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.joints import QUANTITIES, JointFit
 from benchmarks.head_to_head.method import Model
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import replayed
@@ -21,8 +21,6 @@ from unmodelled.logs.preparation import prepare
 from unmodelled.systems.robot.compile import plain_name, written_names
 from unmodelled.systems.robot.files import Needed
 from unmodelled.systems.robot.loading import loaded
-
-Array = NDArray[np.float64]
 
 #: Arrays of a model of MuJoCo with one number per degree of freedom, or per joint.
 OF_JOINTS = {

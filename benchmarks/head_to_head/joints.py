@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model, uncertain, with_values
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
@@ -20,8 +20,6 @@ from unmodelled.effects.added import Added
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Quantities of a joint in MuJoCo, with the family of the library that is the same law.
 QUANTITIES = {

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Protocol
 
-import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
@@ -18,8 +17,6 @@ from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model
 from benchmarks.head_to_head.residual import Residual, best_law
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
-
-Array = NDArray[np.float64]
 
 #: Samples that are regressed, about.
 SAMPLES = 2000

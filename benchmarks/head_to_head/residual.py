@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model, gap_of, uncertain
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -19,8 +19,6 @@ from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Port, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

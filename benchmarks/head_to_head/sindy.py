@@ -6,14 +6,12 @@ import warnings
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model
 from benchmarks.head_to_head.residual import Residual, best_law
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
-
-Array = NDArray[np.float64]
 
 #: Largest length of a segment and of all segments, samples.
 LONGEST, TOGETHER = 4000, 40_000

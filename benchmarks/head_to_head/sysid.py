@@ -8,13 +8,11 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.joints import QUANTITIES, JointFit
 from benchmarks.head_to_head.method import Model
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
-
-Array = NDArray[np.float64]
 
 #: Largest number of iterations of the optimiser.
 ITERATIONS = 50
