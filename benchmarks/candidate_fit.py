@@ -32,6 +32,7 @@ from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
 
 PEER = f"the kernel generated for this structure and compiled before, numba {numba.__version__}"
+RK4 = Integration(PERIOD, "rk4", 1, 1.0)
 EXPERIMENTS, SAMPLES, HORIZON, ROUNDS = 14, 2000, 0.1, 5
 FITTED = ("m1", "m2", "m3", "l1", "J1", "B_m", "F_c", "F_b", "v_s", "k_s")
 
@@ -91,14 +92,12 @@ def measured(system: System) -> Logs:
     p = np.tile(system.values, (EXPERIMENTS, 1, 1))
     x0 = rng.uniform(0.0, 3.0, (EXPERIMENTS, 1, 1)) * [1.0, 0.0]
     program = assembled(Equations.of(system, system.x))
-    x = free_run(
-        program, windows, p, np.empty((EXPERIMENTS, 0)), x0, Integration(PERIOD, "rk4", 2, 1.0)
-    ).reshape(-1, 2)
+    constants, how = np.empty((EXPERIMENTS, 0)), Integration(PERIOD, "rk4", 2, 1.0)
+    x = free_run(program, windows, p, constants, x0, how).reshape(-1, 2)
     y = x + [2e-4, 0.1] * rng.standard_normal(x.shape)
     ids = tuple(f"run{k}" for k in owner)
     table = pd.DataFrame({"id": ids})
     names = ("theta", "omega"), ("T",), ("theta", "omega"), ()
-    constants = np.empty((EXPERIMENTS, 0))
     return Logs(*names, ids, table, PERIOD, offsets, clock, y, u, constants, y, (True, True), (), {})
 
 
@@ -107,9 +106,7 @@ def first_window(system: System) -> Array:
     program, nothing = assembled(Equations.of(system, system.x)), np.zeros(1, np.int64)
     windows = Windows(np.zeros((201, 1)), np.zeros(201), nothing, nothing + 200, nothing, nothing)
     values = np.array(system.values)[None, None]
-    return free_run(
-        program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), Integration(PERIOD, "rk4", 1, 1.0)
-    )
+    return free_run(program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), RK4)
 
 
 def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Array], Callable[[], Array]]:
@@ -126,13 +123,13 @@ def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Arra
     none = torch.empty((1, 0), dtype=torch.float64)
     values = torch.tensor([system.values], dtype=torch.float64)
     model = Nnap(Augmented(system), values, none[0], none, none, none)
-    data, how = measured_samples(logs), Integration(PERIOD, "rk4", 1, 1.0)
+    data = measured_samples(logs)
 
     def ours() -> Array:
-        return free_run(program, windows, p, c, x0, Integration(PERIOD, "rk4", 1, 1.0))
+        return free_run(program, windows, p, c, x0, RK4)
 
     def peer() -> Array:
-        x, _ = simulate(model, 0, data, x0.reshape(-1, 2), np.repeat(starts, sets), steps, how)
+        x, _ = simulate(model, 0, data, x0.reshape(-1, 2), np.repeat(starts, sets), steps, RK4)
         return x.reshape(len(starts), sets, steps + 1, 2)
 
     error = float(np.abs(ours() - peer()).max())

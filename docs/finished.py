@@ -13,11 +13,9 @@ from playwright.sync_api import sync_playwright
 import unmodelled as um
 
 ROOT = Path(__file__).parents[1]
-PAGE, PICTURE = ROOT / "docs" / "answer" / "pendulum.html", ROOT / "docs" / "images" / "answer.png"
-NOTEBOOK, EXECUTED = (
-    ROOT / "docs" / "notebooks" / "own_machine.ipynb",
-    ROOT / "docs" / "answer" / "own_machine.ipynb",
-)
+DOCS = ROOT / "docs"
+PAGE, PICTURE = DOCS / "answer" / "pendulum.html", DOCS / "images" / "answer.png"
+NOTEBOOK, EXECUTED = DOCS / "notebooks" / "own_machine.ipynb", DOCS / "answer" / "own_machine.ipynb"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 

@@ -103,13 +103,10 @@ class JointFit:
         """Return the model of a vector (entries,); `budget` tells simulations and the reason to stop."""
         each, values = self.unknowns.each, z * self.unknowns.scale
         parts = [values[self.unknowns.unknown == k] for k in range(len(each))]
-        shared = {u.name: float(part[0]) for u, part in zip(each, parts, strict=True) if not u.own}
+        found = list(zip(each, parts, strict=True))
+        shared = {u.name: float(part[0]) for u, part in found if not u.own}
         ids = [self.study.logs.ids[i] for i in sorted(self.study.learned)]
-        own = {
-            u.name: dict(zip(ids, part.tolist(), strict=True))
-            for u, part in zip(each, parts, strict=True)
-            if u.own
-        }
+        own = {u.name: dict(zip(ids, part.tolist(), strict=True)) for u, part in found if u.own}
         system, logs = with_values(self.hypothesis, shared, own, self.substeps)
         known = uncertain(self.study.system)
         joints: dict[str, dict[str, float]] = {}
@@ -123,11 +120,8 @@ class JointFit:
                 joints.setdefault(effect.place.name, {})[quantities[effect.family]] = shared[name]
         moved = [f"{n} {known[n]:.3g} -> {shared[n]:.3g}" for n in known]
         limits = self.hypothesis.study.thresholds.at_bound_share
-        far = tuple(
-            u.name
-            for u in each
-            if not u.own and u.name in known and u.bound(shared[u.name], limits) is not None
-        )
+        of_file = [u for u in each if not u.own and u.name in known]
+        far = tuple(u.name for u in of_file if u.bound(shared[u.name], limits) is not None)
         return Model(
             system,
             logs,

@@ -43,12 +43,9 @@ class Residual:
     @cached_property
     def rates(self) -> tuple[int, ...]:
         """Return the numbers of the measured states whose rates depend on an effort."""
-        system = self.base.system
-        return tuple(
-            k
-            for k, rate in enumerate(system.dynamics)
-            if self.logs.measured[k] and rate.free_symbols & {*system.e}
-        )
+        system, measured = self.base.system, self.logs.measured
+        driven = [bool(rate.free_symbols & {*system.e}) for rate in system.dynamics]
+        return tuple(k for k in range(len(driven)) if driven[k] and measured[k])
 
     @cached_property
     def ports(self) -> tuple[Port, ...]:

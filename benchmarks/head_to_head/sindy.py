@@ -69,11 +69,8 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
     columns = residual.influence[:, :, at] * shapes[:, None, :]  # (samples, rates, terms)
     lengths = np.diff(logs.offsets)[list(study.learned)]
     length = int(min(lengths.min(), LONGEST))
-    starts = [
-        logs.offsets[i] + k * length
-        for i in study.learned
-        for k in range(int(np.diff(logs.offsets)[i]) // length)
-    ]
+    each = zip(study.learned, lengths.tolist(), strict=True)
+    starts = [logs.offsets[i] + k * length for i, whole in each for k in range(whole // length)]
     starts = starts[:: max(1, -(-len(starts) * length // TOGETHER))]
     half = min(max(LEAST, round(SHARE * study.horizon / logs.period)), int(MOST * length))
     np.random.seed(study.seed)  # noqa: NPY002  (pysindy draws its test functions so)

@@ -64,11 +64,9 @@ class MujocoSysid:
             from benchmarks.head_to_head.in_mujoco import RobotFit
 
             robot = RobotFit(study, self.families)
-            z, budget = optimised(robot.errors, robot.start, robot.bounds)
-            return robot.model(z, budget)
+            return robot.model(*optimised(robot.errors, robot.start, robot.bounds))
         joints = JointFit.of(study, self.families)
-        z, budget = optimised(joints.errors, joints.start, joints.bounds)
-        return joints.model(z, budget)
+        return joints.model(*optimised(joints.errors, joints.start, joints.bounds))
 
 
 def optimised(

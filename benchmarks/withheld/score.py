@@ -135,10 +135,8 @@ def share(values: Sequence[bool]) -> str:
     if not n:
         return ""
     p, square = k / n, Z**2 / n
-    middle, half = (
-        (p + square / 2) / (1 + square),
-        Z * math.sqrt(p * (1 - p) / n + square / (4 * n)) / (1 + square),
-    )
+    middle = (p + square / 2) / (1 + square)
+    half = Z * math.sqrt(p * (1 - p) / n + square / (4 * n)) / (1 + square)
     return f"{k} of {n}: {100 * p:.0f} % ({100 * max(middle - half, 0.0):.0f} to {100 * (middle + half):.0f})"
 
 

@@ -103,10 +103,8 @@ def page(forms: Mapping[str, Rows]) -> str:
     shared = [case for case in shared if case not in changed]
     compared = {name: [rows[case] for case in shared] for name, rows in forms.items()}
     lines = [f"# {' and '.join(forms)}: {len(shared)} cases", ""]
-    lines += [
-        f"- {name}: revision {', '.join(sorted({row['revision'] for row in rows}))}"
-        for name, rows in compared.items()
-    ]
+    revisions = {name: sorted({row["revision"] for row in rows}) for name, rows in compared.items()}
+    lines += [f"- {name}: revision {', '.join(each)}" for name, each in revisions.items()]
     lines += [f"- left out, because their files differ: {', '.join(changed)}"] if changed else []
     lines += ["", "## Answers by kind", "", *_table(_counts(compared))]
     lines += ["", "## Cost", "", *_table(_costs(compared))]
@@ -119,16 +117,8 @@ def page(forms: Mapping[str, Rows]) -> str:
 
 def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
     """Shares of all cases to which a question applies; without an answer, nothing is named."""
-    yield [
-        "kind",
-        "entrant",
-        "cases",
-        *COUNTED.values(),
-        "effects named",
-        "alone first",
-        "alone in 3",
-        "unanswered",
-    ]
+    more = "effects named", "alone first", "alone in 3", "unanswered"
+    yield ["kind", "entrant", "cases", *COUNTED.values(), *more]
     for kind in (*KINDS, "all"):
         for name, every in forms.items():
             rows = [row for row in every if kind in (row["kind"], "all")]

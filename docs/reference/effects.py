@@ -51,10 +51,8 @@ def page() -> str:
     index = ", ".join(f"[{name}](#{name})" for name in families)
     head = HEAD.format(count=len(every), families=len(families)) + index + "\n"
     ordered = sorted(every, key=lambda e: families.index(e.family))
-    sections = [
-        f"## {family}\n\n{table(COLUMNS, map(_row, own))}"
-        for family, own in groupby(ordered, lambda e: e.family)
-    ]
+    groups = groupby(ordered, lambda effect: effect.family)
+    sections = [f"## {family}\n\n{table(COLUMNS, map(_row, own))}" for family, own in groups]
     return "\n".join([head, *sections])
 
 

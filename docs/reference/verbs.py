@@ -33,12 +33,8 @@ def _section(verb: str, line: str) -> str:
         (code(name), _default(verb, name, kind, config, chosen), meanings.get(name, ""))
         for name, kind in found.parameters.items()
     ]
-    parts = [
-        f"## {verb}\n",
-        f"{line}\n",
-        f"{_joined(found.text)}\n",
-        table(("key", "default", "meaning"), rows),
-    ]
+    head = f"## {verb}\n\n{line}\n\n{_joined(found.text)}\n"
+    parts = [head, table(("key", "default", "meaning"), rows)]
     if "Raises" in found.sections:
         refused = " ".join(found.sections["Raises"].split()).removeprefix("BadInput: ")
         parts.append(f"Refused: {refused}\n")

@@ -223,9 +223,8 @@ def learned_laws(fit: Fit, logs: Logs) -> LearnedLaws:
     for network in fit.model.structure.networks:
         name, port = network.label or network.port, fit.system.port(network.port)
         if {*network.inputs} <= {fit.system.expression(n) for n in port.coordinates}:
-            laws.append(
-                law_of(fit.system, logs, name, site(fit.system, Place("port", port.name), scales), efforts)
-            )
+            at = site(fit.system, Place("port", port.name), scales)
+            laws.append(law_of(fit.system, logs, name, at, efforts))
         else:
             notes.append(f"{name}: not written down, its inputs are not those of the port {port.name}")
     return LearnedLaws(fit, logs, tuple(laws), tuple(notes))

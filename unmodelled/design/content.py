@@ -79,8 +79,7 @@ def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
     """
     units = units_of(system)
     inputs = zip(system.inputs, limits.written, strict=True)
-    c = np.array([limits.constants[item.name] for item in system.operating_point])
-    start = zip(system.states, start_of(system, limits, c, u), strict=True)
+    start = zip(system.states, start_of(system, limits, limits.c, u), strict=True)
     constants = {item.name: (limits.constants[item.name], item.as_written) for item in system.operating_point}
     return {
         "inputs": {

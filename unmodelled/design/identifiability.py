@@ -73,9 +73,8 @@ class Identifiability:
     @cached_property
     def norms(self) -> dict[str, float]:
         """Sensitivity to every effort and parameter by name, dimensionless."""
-        return dict(
-            zip((*self.found.efforts, *self.found.parameters), self.found.norms.tolist(), strict=True)
-        )
+        names = (*self.found.efforts, *self.found.parameters)
+        return dict(zip(names, self.found.norms.tolist(), strict=True))
 
     @cached_property
     def unabsorbed(self) -> dict[str, float]:
@@ -141,13 +140,9 @@ class Identifiability:
     @cached_property
     def _with_efforts(self) -> Array:
         """Correlations with a basis of the efforts, so that similar efforts do not count as collinear."""
-        efforts = len(self.found.efforts)
-        basis = (
-            orth(_normalised(self.found.matrix[:, :efforts]), 1e-9)
-            if efforts
-            else np.empty((len(self.left), 0))
-        )
-        return _correlation(np.hstack([basis, self.found.matrix[:, efforts:]]))
+        efforts, others = np.split(self.found.matrix, [len(self.found.efforts)], axis=1)
+        basis = orth(_normalised(efforts), 1e-9) if efforts.size else efforts
+        return _correlation(np.hstack([basis, others]))
 
     def correlation_of(self, a: str, b: str) -> float:
         """Return an entry of the correlation matrix."""
@@ -160,12 +155,8 @@ class Identifiability:
 
     def _rank(self, s: ParameterSet) -> tuple[bool, bool, int, float]:
         worth = float(np.prod([self.norms[n] for n in s.names]))
-        return (
-            not s.maximal,
-            not s.both,
-            -len(s.names),
-            -worth / max(s.collinearity, s.collinearity_with_network),
-        )
+        worst = max(s.collinearity, s.collinearity_with_network)
+        return not s.maximal, not s.both, -len(s.names), -worth / worst
 
 
 def identify_sets(

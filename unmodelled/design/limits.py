@@ -60,6 +60,11 @@ class Limits:
         """Return the number of samples of the experiment."""
         return round(self.duration / self.period) + 1
 
+    @property
+    def c(self) -> Array:
+        """Return the operating point (constants,), SI, in the order of the system."""
+        return np.array([*self.constants.values()])
+
     def excess(self, watched: Array) -> Array:
         """Return the largest excess (designs,) of a travel limit as a share of its width; inf: diverges.
 

@@ -33,7 +33,7 @@ SUBSTEPS = 10
 def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
     """Return two experiments of every family of signals in which the known physics keeps the limits."""
     found: dict[str, Array] = {}
-    program, c = equations(system, quantities(system, limits.travel)), _constants(system, limits)
+    program, c = equations(system, quantities(system, limits.travel)), limits.c
     for family in FAMILIES:
         z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
         u = family.inputs(z, limits)
@@ -74,7 +74,7 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
                 f"{limits.file}: noise: the output {output.name} has none: add "
                 f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.column_unit}"
             )
-    rng, c, program = np.random.default_rng(seed), _constants(system, limits), equations(system, ())
+    rng, c, program = np.random.default_rng(seed), limits.c, equations(system, ())
     tables = {name: frame(u, system, limits) for name, u in inputs.items()}
     for name, u in inputs.items():
         own = replace(limits, travel={})
@@ -90,7 +90,3 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
         if item.values is None
     }
     return Logs.from_frames(tables, system, pd.DataFrame(constants, index=list(tables)))
-
-
-def _constants(system: System, limits: Limits) -> Array:
-    return np.array([limits.constants[item.name] for item in system.operating_point])

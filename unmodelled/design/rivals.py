@@ -137,11 +137,8 @@ class Rival:
             points.append(both[side])
             steps.append(1.0 if side == 0 else -1.0)
         names = list(self.values)
-        systems = [
-            with_fitted(self.fitted.hypothesis, dict(zip(names, point.tolist(), strict=True)))
-            for point in points
-        ]
-        return systems, np.array(steps)
+        numbers = [dict(zip(names, point.tolist(), strict=True)) for point in points]
+        return [with_fitted(self.fitted.hypothesis, each) for each in numbers], np.array(steps)
 
     def runs(
         self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None

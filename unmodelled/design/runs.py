@@ -76,11 +76,9 @@ def start_of(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
     """Return start states, SI; those not given follow from the file at c (constants,) and u (inputs,)."""
     known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
     known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
-    known |= {symbol(s.name): limits.start.get(s.name, 0.0) for s in system.states}
-    return [
-        limits.start[s.name] if s.name in limits.start else float(s.initial.xreplace(known))
-        for s in system.states
-    ]
+    start = limits.start
+    known |= {symbol(s.name): start.get(s.name, 0.0) for s in system.states}
+    return [start[s.name] if s.name in start else float(s.initial.xreplace(known)) for s in system.states]
 
 
 def _later(values: Array, delays: Sequence[float]) -> Array:

@@ -154,11 +154,8 @@ def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
     e = np.zeros((len(samples.t), len(system.ports)))
     rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]
     if not system.ports or not rows:
-        unseen = [
-            f"{', '.join(p.effort for p in system.ports)}: acts on no measured state and is assumed "
-            "to be zero"
-        ]
-        return e, unseen if system.ports else []
+        names = ", ".join(p.effort for p in system.ports)
+        return e, [f"{names}: acts on no measured state and is assumed to be zero"] if names else []
     dynamics = [system.closed[i] for i in rows]
     gains = [g for f in dynamics for g in gradient(f, system.e)]
     unit = _sizes(samples.rates[:, rows])
