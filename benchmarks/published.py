@@ -160,12 +160,11 @@ def simulate(model: System, given: System, record: pd.DataFrame, seen: int) -> A
     begin, target = logs.x[0], logs.y[:seen, 0]
     plausible = np.abs(logs.x[:seen]).max(axis=0) + 1e-3
     weak = 1e-3 * float(np.std(target)) / plausible  # a state that the samples do not determine stays
-    fitted = least_squares(
-        lambda start: np.concatenate([run(start, seen) - target, weak * (start - begin)]),
-        begin,
-        x_scale=plausible,
-    )
-    return run(fitted.x, len(record))
+
+    def off(start: Array) -> Array:
+        return np.concatenate([run(start, seen) - target, weak * (start - begin)])
+
+    return run(least_squares(off, begin, x_scale=plausible).x, len(record))
 
 
 def main(words: Sequence[str]) -> None:

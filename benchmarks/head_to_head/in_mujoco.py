@@ -87,9 +87,8 @@ class RobotFit:
         q, v = ([states.index(f"{s}_{name}") for name in self.names] for s in ("q", "qd"))
         x = prepare(system, logs).x[recording.start]
         first = np.column_stack([np.zeros(len(x)), x[:, q], x[:, v]])
-        found, _ = rollout.rollout(
-            robot, mujoco.MjData(robot), first, force, control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
-        )
+        spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
+        found, _ = rollout.rollout(robot, mujoco.MjData(robot), first, force, control_spec=spec)
         simulated = np.full((*found.shape[:2], len(states)), np.nan)
         simulated[:, :, q], simulated[:, :, v] = np.split(found[:, :, 1:], 2, axis=2)
         shown = [states.index(str(o.expression)) for o in system.outputs]
@@ -141,13 +140,8 @@ class LinkFit(RobotFit):
 
     def model(self, z: Array, budget: str) -> Model:
         fitted, given = self.compiled(z), self.robot
-        links = {
-            name: (
-                *(fitted.body(name).mass.copy(), fitted.body(name).ipos.copy()),
-                *(fitted.body(name).iquat.copy(), fitted.body(name).inertia.copy()),
-            )
-            for name in self.bodies
-        }
+        parts = "mass", "ipos", "iquat", "inertia"
+        links = {n: tuple(getattr(fitted.body(n), part).copy() for part in parts) for n in self.bodies}
         found = super().model(z[: self.own], budget)
         said = [
             f"mass of {name} {given.body(name).mass[0]:.3g} -> {links[name][0][0]:.3g} kg, largest inertia "

@@ -122,16 +122,10 @@ class JointFit:
         limits = self.hypothesis.study.thresholds.at_bound_share
         of_file = [u for u in each if not u.own and u.name in known]
         far = tuple(u.name for u in of_file if u.bound(shared[u.name], limits) is not None)
-        return Model(
-            system,
-            logs,
-            "parameters: " + "; ".join([*said, *moved]),
-            {name: shared[name] for name in known},
-            at_bound=far,
-            budget=budget,
-            joints=joints,
-            named=tuple((e.family, e.place.channel) for e in self.hypothesis.effects),
-        )
+        says = f"parameters: {'; '.join([*said, *moved])}"
+        numbers = {name: shared[name] for name in known}
+        named = tuple((e.family, e.place.channel) for e in self.hypothesis.effects)
+        return Model(system, logs, says, numbers, far, budget, joints=joints, named=named)
 
 
 def _is_joint(system: System, place: Place) -> bool:

@@ -93,14 +93,8 @@ def optimised(
         found = errors(sets)
         return [found[:, 0] if x.ndim == 1 else found], None, None
 
+    how = {"optimizer": "mujoco", "verbose": False, "max_iters": ITERATIONS}
     with redirect_stdout(StringIO()):  # the table of iterations
-        best, result = sysid.optimize(
-            parameters,
-            residual,
-            optimizer="mujoco",
-            verbose=False,
-            max_iters=ITERATIONS,
-            x_scale="jac" if scaled else 1.0,
-        )
+        best, result = sysid.optimize(parameters, residual, x_scale="jac" if scaled else 1.0, **how)
     steps = len(result.extras.get("objective", ()))
     return best.as_vector(), f"{steps or 'at most ' + str(ITERATIONS)} iterations, {count} simulations"

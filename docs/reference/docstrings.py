@@ -82,11 +82,8 @@ def _documented(node: ast.FunctionDef | ast.ClassDef) -> Documented:
     if isinstance(node, ast.FunctionDef):
         found = {a.arg: a.annotation for a in (*node.args.args, *node.args.kwonlyargs)}
     else:
-        found = {
-            n.target.id: n.annotation
-            for n in node.body
-            if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
-        }
+        fields = [n for n in node.body if isinstance(n, ast.AnnAssign)]
+        found = {ast.unparse(n.target): n.annotation for n in fields}
         inits = (n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__")
         found |= {a.arg: a.annotation for init in inits for a in init.args.args if a.arg != "self"}
     parameters = {name: ast.unparse(a) if a is not None else "" for name, a in found.items()}

@@ -178,10 +178,8 @@ class LearnedLaws:
 
 def _errors(known: Off, formulas: Off) -> dict[str, Any]:
     """Errors of an output, and beside them those in the unit of its column where that is another one."""
-    found = {
-        **{"unit": known.unit, "known": known.at_horizon},
-        **{"formulas": formulas.at_horizon, "formulas_whole_run": formulas.whole_run},
-    }
+    found = {"unit": known.unit, "known": known.at_horizon}
+    found |= {"formulas": formulas.at_horizon, "formulas_whole_run": formulas.whole_run}
     shown = known.as_logged
     return found if shown.unit == known.unit else {**found, "shown": _errors(shown, formulas.as_logged)}
 

@@ -138,9 +138,8 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
         )
     bounds = read_limits(Path(limits), system)
     say("choose the experiments")
-    chosen = (
-        default_inputs(system, bounds, seed) if inputs is None else read_inputs(Path(inputs), system, bounds)
-    )
+    given = None if inputs is None else read_inputs(Path(inputs), system, bounds)
+    chosen = given or default_inputs(system, bounds, seed)
     logs = simulated_logs(chosen, system, bounds, seed)
     say("compute what every effect changes")
     found = visible(system, logs, np.array([bounds.noise[output.name] for output in system.outputs]))

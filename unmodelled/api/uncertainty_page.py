@@ -45,12 +45,9 @@ def write_page(
         write_uncertainty_page(folder, found.content, rows, figures)
         return
     known, measured = read_inputs(system, logs)
-    means = {
-        p.name: p.value * best[f"mu_{k}"]
-        for k, name in enumerate(found.content["parameters"], start=1)
-        for p in known.parameters
-        if p.name == name and f"mu_{k}" in best
-    }
+    mean_of = {name: f"mu_{k}" for k, name in enumerate(found.content["parameters"], start=1)}
+    scattered = [p for p in known.parameters if mean_of.get(p.name) in best]
+    means = {p.name: p.value * best[mean_of[p.name]] for p in scattered}
     run, mean = simulate(known, measured), known.with_values(means)
     live = simulated(known, measured, run.runs, run.horizon, run.gap)
     live["identified"] = values_of(list(mean.values), mean, measured)

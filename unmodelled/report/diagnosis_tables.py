@@ -94,11 +94,7 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
         for row in where["regions"]
     ]
     factors = [
-        (
-            Cell(row["factor"], row["factor"]),
-            Cell(number(row["level"]), str(row["level"])),
-            _share(row["share"]),
-        )
+        (Cell(row["factor"], row["factor"]), number_cell(row["level"]), _share(row["share"]))
         for row in where["factors"]
     ]
     squares = "Share of the squared gap above the noise floor, by the channel where it enters."

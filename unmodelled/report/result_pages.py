@@ -102,10 +102,8 @@ def write_uncertainty_page(
 ) -> None:
     """Write index.html, the page of an identified distribution: what scatters by how much, how sure it is."""
     sentence = _scattered(content, estimates, machine is not None)
-    tables = [_estimates(estimates)]
-    _write(
-        *(folder, "uncertainty.html.j2", tables, figures, live, machine), content=content, sentence=sentence
-    )
+    values = {"content": content, "sentence": sentence}
+    _write(folder, "uncertainty.html.j2", [_estimates(estimates)], figures, live, machine, **values)
 
 
 def _write(

@@ -33,9 +33,8 @@ def main(words: Sequence[str]) -> None:
     verdict = "effect" if effects else "no_gap"
     out.mkdir(parents=True, exist_ok=True)
     write_system(model.system, out / MODEL)
-    write_json(
-        out / ANSWER, {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL}
-    )
+    said = {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL}
+    write_json(out / ANSWER, said)
 
 
 def _families(model: Model, study: Study) -> Iterator[tuple[str, str]]:

@@ -70,13 +70,9 @@ class Channel:
         kind, unit = entry["kind"], entry["unit"]
         quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
         coordinates = {k: entry[k] for k in ("level", "rate", "acceleration") if k in entry}
-        return cls(
-            name,
-            quantity,
-            printed(unit),
-            {k: f"{c['name']} ({printed(c['unit'])})" for k, c in coordinates.items()},
-            {k: c["name"] for k, c in coordinates.items()},
-        )
+        axes = {k: f"{c['name']} ({printed(c['unit'])})" for k, c in coordinates.items()}
+        signals = {k: c["name"] for k, c in coordinates.items()}
+        return cls(name, quantity, printed(unit), axes, signals)
 
 
 def printed(unit: str) -> str:
