@@ -39,9 +39,8 @@ def photograph(file: Path, picture: Path) -> None:
         page.goto(file.as_uri())
         plot = page.locator("#live-machine .uplot").first
         plot.wait_for()
-        main, top, last = (
-            place.bounding_box() for place in (page.locator("main"), page.locator("#verdict"), plot)
-        )
+        places = page.locator("main"), page.locator("#verdict"), plot
+        main, top, last = (place.bounding_box() for place in places)
         assert main and top and last
         page.screenshot(
             path=picture,
@@ -59,9 +58,8 @@ def execute(notebook: Path, to: Path) -> None:
     """Run all cells of a notebook, and write it with its outputs."""
     cells = nbformat.read(notebook, as_version=4)  # type: ignore[no-untyped-call]
     with TemporaryDirectory() as folder:
-        NotebookClient(
-            cells, timeout=300, record_timing=False, resources={"metadata": {"path": folder}}
-        ).execute()
+        where = {"metadata": {"path": folder}}
+        NotebookClient(cells, timeout=300, record_timing=False, resources=where).execute()
     nbformat.write(cells, to)  # type: ignore[no-untyped-call]
 
 

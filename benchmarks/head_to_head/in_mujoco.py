@@ -232,7 +232,6 @@ def _gap(system: Any, logs: Any, study: Study, joints: Any, laws: Any, links: An
     assert robot is not None
     names = [state.name.removeprefix("q_") for state in system.states if state.name.startswith("q_")]
     applied = {name: system.signals[f"drive_{name}"] - laws.get(name, 0) for name in names}
-    backend = RobotInMujoco(
-        robot.text, robot.file, [], applied, robot.locked, JointNumbers(joints=joints, links=links)
-    )
+    numbers = JointNumbers(joints=joints, links=links)
+    backend = RobotInMujoco(robot.text, robot.file, [], applied, robot.locked, numbers)
     return replayed(backend, system, prepare(system, logs), study.horizon, study.held_out)[0]

@@ -77,9 +77,8 @@ class Residual:
     def measured(self) -> Array:
         """Return the rates by smoothing differentiation of the states, shape (samples, rates)."""
         logs = self.logs
-        return np.stack(
-            [smooth_derivative(logs.x[:, k], logs.offsets, logs.period)[1] for k in self.rates], axis=1
-        )
+        rates = [smooth_derivative(logs.x[:, k], logs.offsets, logs.period)[1] for k in self.rates]
+        return np.stack(rates, axis=1)
 
     def coordinates(self, port: Port) -> dict[str, sp.Expr]:
         """Return position and velocity of a port, inputs and constants, by a short name."""
@@ -116,5 +115,4 @@ def best_law(study: Study, regressed: Callable[[Residual, Study], list[Model]]) 
 
 
 def _short(law: sp.Expr) -> str:
-    rounded = law.xreplace({n: sp.Float(n, 3) for n in law.atoms(sp.Float)})
-    return str(rounded)
+    return str(law.xreplace({number: sp.Float(number, 3) for number in law.atoms(sp.Float)}))

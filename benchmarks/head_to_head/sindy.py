@@ -76,9 +76,8 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
     np.random.seed(study.seed)  # noqa: NPY002  (pysindy draws its test functions so)
     t = logs.period * np.arange(length)
     count = int(min(FUNCTIONS, max(20, OVERLAP * length // half)))
-    weak = ps.WeakPDELibrary(
-        ps.IdentityLibrary(), spatiotemporal_grid=t, K=count, H_xt=half * logs.period, p=4
-    )
+    width = half * logs.period
+    weak = ps.WeakPDELibrary(ps.IdentityLibrary(), spatiotemporal_grid=t, K=count, H_xt=width, p=4)
     matrix, target = [], []
     scale = np.std(residual.measured, axis=0)
     for start in starts:
@@ -110,9 +109,8 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
 
 def _integrals(weak, x: Array) -> Array:  # type: ignore[no-untyped-def]
     """Integrals of columns (samples, columns) with every test function, shape (functions, columns)."""
-    return np.stack(
-        [np.tensordot(w, x[k[0]], axes=(0, 0)) for w, k in zip(weak.fullweights0, weak.inds_k, strict=True)]
-    )
+    each = zip(weak.fullweights0, weak.inds_k, strict=True)
+    return np.stack([np.tensordot(w, x[k[0]], axes=(0, 0)) for w, k in each])
 
 
 def _ensemble(theta: Array, rest: Array, threshold: float, seed: int) -> Array:

@@ -97,9 +97,8 @@ def field(reports: Path, folder: Path) -> Iterator[Case]:
         for path in (folder, *(p for p in folder.rglob("*") if p.is_dir())):
             path.chmod(0o755)
         for script in sorted(folder.glob("*/make.py")):
-            made = subprocess.run(
-                [sys.executable, script.name], cwd=script.parent, capture_output=True, text=True
-            )
+            call = [sys.executable, script.name]
+            made = subprocess.run(call, cwd=script.parent, capture_output=True, text=True)
             if made.returncode:
                 print(f"field: {script.parent.name}: {made.stderr.strip().splitlines()[-1]}", file=sys.stderr)
     rows = [line.split("|") for line in (folder / "README.md").read_text().splitlines()]

@@ -105,9 +105,8 @@ def score(truth: Content, answer: Content) -> Row:
 
 def unanswered(truth: Content) -> Row:
     """Return what `score` says of no answer: nothing is named, and nothing is right."""
-    found = score(
-        truth, {"verdict": "unknown", "confidence": 0.0, "effects": [], "logs": [], "where": NOWHERE}
-    )
+    nothing = {"verdict": "unknown", "confidence": 0.0, "effects": [], "logs": [], "where": NOWHERE}
+    found = score(truth, nothing)
     asked = {key: None if found[key] is None else False for key in ASKED.values()}
     return {**found, **asked, "right": False, "brier": 0.0}
 

@@ -25,9 +25,8 @@ def page() -> str:
 def _section(verb: str, line: str) -> str:
     found = of(PROGRAM.target(verb))
     config = yaml.safe_load(PROGRAM.config(verb).read_text())
-    chosen = {
-        group: name for d in config.get("defaults", []) if isinstance(d, dict) for group, name in d.items()
-    }
+    defaults = [entry for entry in config.get("defaults", []) if isinstance(entry, dict)]
+    chosen = {group: name for entry in defaults for group, name in entry.items()}
     meanings = found.meanings()
     rows = [
         (code(name), _default(verb, name, kind, config, chosen), meanings.get(name, ""))

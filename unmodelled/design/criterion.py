@@ -51,9 +51,8 @@ class Criterion:
 
     def __call__(self, u: Array) -> Value:
         """Simulate experiments (designs, samples, inputs), SI, and compute their value."""
-        excess = np.max(
-            [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
-        )
+        watched = [rival.runs(u, self.limits, False)[1][:, 0] for rival in self.rivals]
+        excess = np.max([self.limits.excess(each) for each in watched], axis=0)
         inside = np.flatnonzero(excess == 0.0)
         named = self.rivals[0]
         distances = np.full((len(u), len(self.rivals) - 1), np.nan)

@@ -173,10 +173,8 @@ def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) 
     runs = {name: label for name, label in ROBOT_FILES.items() if name in robot["replay"]}
     rows: list[tuple[Cell, ...]] = []
     for name, label in runs.items():
-        run = robot["replay"][name]
-        rows.append(
-            (Cell("gap", "gap"), Cell(label, name), number_cell(run["gap"]), Cell("–", ""), Cell("–", "1"))
-        )
+        gap = number_cell(robot["replay"][name]["gap"])
+        rows.append((Cell("gap", "gap"), Cell(label, name), gap, Cell("–", ""), Cell("–", "1")))
     for output in robot["replay"]["given"]["units"]:
         for name, label in runs.items():
             entry = robot["replay"][name]["units"][output]
@@ -195,12 +193,11 @@ def robot_sentence(robot: Mapping[str, Any]) -> str:
     """Return how well the patched file follows the machine, beside the file as given."""
     replay = robot["replay"]
     name = "supplemented" if "supplemented" in replay else "patched"
-    gaps = (
-        f"{short(replay['given']['gap'])} as given and {short(replay[name]['gap'])} with {ROBOT_FILES[name]}"
-    )
+    given = replay["given"]["gap"]
+    gaps = f"{short(given)} as given and {short(replay[name]['gap'])} with {ROBOT_FILES[name]}"
     lost = [output for output, entry in replay[name]["units"].items() if entry["whole_run"] is None]
     diverges = f" In whole runs, {', '.join(lost)} diverges." if lost else ""
-    worse = replay["patched"]["gap"] >= replay["given"]["gap"]
+    worse = replay["patched"]["gap"] >= given
     alone = " The patched file alone is no improvement: load it with its supplement." if worse else ""
     return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}{alone}"
 

@@ -36,11 +36,8 @@ def read_figures(folder: Path) -> list[Figure]:
         if not source.exists():
             raise BadInput(f"{source}: no such file, but {path} lists it")
         check_chapter(path, f"figure {row['id']!r}:", row["chapter"])
-        caption, note, command, data = (
-            str(row.get(key) or "") for key in ("caption", "note", "command", "data")
-        )
-        number, chapter = str(row["number"]), row["chapter"]
-        about = (number, chapter, caption, note, command, data)
+        caption, note, command, data = (str(row.get(k) or "") for k in ("caption", "note", "command", "data"))
+        about = (str(row["number"]), row["chapter"], caption, note, command, data)
         found.append(Figure(row["id"], *about, source, _size(source)))
     return sorted(found, key=lambda f: (f.chapter or 0, [int(n) for n in re.findall(r"\d+", f.number)], f.id))
 

@@ -56,9 +56,8 @@ def _family(term: sp.Expr, of_speed: bool, of_place: bool) -> str:
         return "gravity_load"
     if not of_place:
         return "constant_load"
-    return (
-        "linear_spring" if term.is_polynomial() and sp.Poly(term).total_degree() == 1 else "nonlinear_spring"
-    )
+    is_linear = term.is_polynomial() and sp.Poly(term).total_degree() == 1
+    return "linear_spring" if is_linear else "nonlinear_spring"
 
 
 if __name__ == "__main__":

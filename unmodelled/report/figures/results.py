@@ -77,9 +77,8 @@ def learned_law(samples: pd.DataFrame, axes: Mapping[str, str], unit: str) -> Fi
     panels[-1].set(xlabel=next(iter(axes.values())), ylabel=f"network − formula ({printed(unit)})")
     for panel in panels:
         panel.grid(linewidth=0.5)
-    figure.legend(
-        *panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, markerscale=2.5
-    )
+    handles = panels[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="outside upper center", ncols=2, markerscale=2.5)
     return figure
 
 

@@ -93,10 +93,8 @@ def handle(name: str) -> Line2D:
 
 def line_handle(name: str) -> Line2D:
     """Return the legend entry of a model that is drawn as a line."""
-    look = LOOKS[name]
-    return Line2D(
-        [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
-    )
+    look, width = LOOKS[name], max(LOOKS[name].width, 1.6)
+    return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=width, label=look.label)
 
 
 def log_gaps(axes: Axes, low: float, high: float) -> None:
