@@ -62,9 +62,7 @@ class RobotFit:
         return found
 
     def errors(self, z: Array) -> Array:
-        """Return errors (errors, sets), standard deviations, of vectors (sets, entries) over training
-        experiments.
-        """
+        """Return training errors (errors, sets) of vectors (sets, entries), in standard deviations."""
         return np.stack([self._errors(self.compiled(one)) for one in z], axis=1)
 
     def compiled(self, z: Array) -> Any:

@@ -161,9 +161,8 @@ def counts(table: pd.DataFrame) -> str:
     for name in COMMON:
         mine = table[(table["method"] == name) & table["gap"].notna()]
         middle = f"{100 * mine['parameter_error'].astype(float).median():.0f} %" if len(mine) else "–"
-        other, hidden = (
-            (mine[c].astype(str) == v).sum() for c, v in (("expressible", "False"), ("hides", "True"))
-        )
+        other = (mine["expressible"].astype(str) == "False").sum()
+        hidden = (mine["hides"].astype(str) == "True").sum()
         found = [str(other), str(hidden)] if name in TUNING else ["–", "–"]
         lines.append([HEADINGS[name], str(len(mine)), *found, middle])
     return _markdown(lines)

@@ -42,7 +42,7 @@ def write_page(
     }
     rows = found.estimates.to_dict("records")
     if system is None or logs is None:
-        write_uncertainty_page(folder, found.content, rows, figures)
+        write_uncertainty_page(folder, found.content, rows, figures, None, None)
         return
     known, measured = read_inputs(system, logs)
     mean_of = {name: f"mu_{k}" for k, name in enumerate(found.content["parameters"], start=1)}

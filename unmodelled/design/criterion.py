@@ -108,10 +108,8 @@ def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
 
 
 def _root_after(slopes: Array) -> Array:
-    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 after an experiment with slopes S (designs, n,
+    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 of scaled numbers; slopes S (designs, n,
     values).
-
-    Numbers are in units of their deviations before.
     """
     information = np.eye(slopes.shape[1]) + slopes @ slopes.swapaxes(1, 2)
     eigenvalues, vectors = np.linalg.eigh(information)

@@ -97,8 +97,8 @@ def write_uncertainty_page(
     content: Content,
     estimates: list[dict[str, Any]],
     figures: Mapping[str, bytes],
-    live: Content | None = None,
-    machine: Content | None = None,
+    live: Content | None,
+    machine: Content | None,
 ) -> None:
     """Write index.html, the page of an identified distribution: what scatters by how much, how sure it is."""
     sentence = _scattered(content, estimates, machine is not None)
