@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 import sympy as sp
 import torch
-from numpy.typing import NDArray
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
+from pipeline.arrays import Array
 from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import begin, iterate
@@ -31,9 +31,8 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
-
 PEER = f"the kernel generated for this structure and compiled before, numba {numba.__version__}"
+RK4 = Integration(PERIOD, "rk4", 1, 1.0)
 EXPERIMENTS, SAMPLES, HORIZON, ROUNDS = 14, 2000, 0.1, 5
 FITTED = ("m1", "m2", "m3", "l1", "J1", "B_m", "F_c", "F_b", "v_s", "k_s")
 
@@ -93,14 +92,12 @@ def measured(system: System) -> Logs:
     p = np.tile(system.values, (EXPERIMENTS, 1, 1))
     x0 = rng.uniform(0.0, 3.0, (EXPERIMENTS, 1, 1)) * [1.0, 0.0]
     program = assembled(Equations.of(system, system.x))
-    x = free_run(
-        program, windows, p, np.empty((EXPERIMENTS, 0)), x0, Integration(PERIOD, "rk4", 2, 1.0)
-    ).reshape(-1, 2)
+    constants, how = np.empty((EXPERIMENTS, 0)), Integration(PERIOD, "rk4", 2, 1.0)
+    x = free_run(program, windows, p, constants, x0, how).reshape(-1, 2)
     y = x + [2e-4, 0.1] * rng.standard_normal(x.shape)
     ids = tuple(f"run{k}" for k in owner)
     table = pd.DataFrame({"id": ids})
     names = ("theta", "omega"), ("T",), ("theta", "omega"), ()
-    constants = np.empty((EXPERIMENTS, 0))
     return Logs(*names, ids, table, PERIOD, offsets, clock, y, u, constants, y, (True, True), (), {})
 
 
@@ -109,17 +106,11 @@ def first_window(system: System) -> Array:
     program, nothing = assembled(Equations.of(system, system.x)), np.zeros(1, np.int64)
     windows = Windows(np.zeros((201, 1)), np.zeros(201), nothing, nothing + 200, nothing, nothing)
     values = np.array(system.values)[None, None]
-    return free_run(
-        program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), Integration(PERIOD, "rk4", 1, 1.0)
-    )
+    return free_run(program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), RK4)
 
 
 def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Array], Callable[[], Array]]:
-    """Calls of both that simulate every window thirteen times.
-
-    Raises:
-        ArithmeticError: when they do not find the same.
-    """
+    """Calls of both that simulate every window thirteen times, after a check that they find the same."""
     recording, sets = simulation.recording, 1 + len(FITTED) + 2
     logs, whole = recording.logs, recording.steps == recording.steps.max()
     starts, steps = recording.start[whole], int(recording.steps.max())
@@ -132,13 +123,13 @@ def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Arra
     none = torch.empty((1, 0), dtype=torch.float64)
     values = torch.tensor([system.values], dtype=torch.float64)
     model = Nnap(Augmented(system), values, none[0], none, none, none)
-    data, how = measured_samples(logs), Integration(PERIOD, "rk4", 1, 1.0)
+    data = measured_samples(logs)
 
     def ours() -> Array:
-        return free_run(program, windows, p, c, x0, Integration(PERIOD, "rk4", 1, 1.0))
+        return free_run(program, windows, p, c, x0, RK4)
 
     def peer() -> Array:
-        x, _ = simulate(model, 0, data, x0.reshape(-1, 2), np.repeat(starts, sets), steps, how)
+        x, _ = simulate(model, 0, data, x0.reshape(-1, 2), np.repeat(starts, sets), steps, RK4)
         return x.reshape(len(starts), sets, steps + 1, 2)
 
     error = float(np.abs(ours() - peer()).max())

@@ -7,17 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import compared, seconds
+from pipeline.arrays import Array
 from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.systems import phases
 from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 SYSTEM = Path(__file__).parent.parent / "systems" / "clutch.yaml"
 PEER = f"numpy {np.__version__}, all samples and operating points in one array"

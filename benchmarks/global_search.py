@@ -9,9 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import PeerMissing, compared
+from pipeline.arrays import Array
 from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
@@ -21,7 +21,6 @@ from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.identify import identify
 from unmodelled.uncertainty.methods import GAUSSIAN, PUSH_FORWARD
 
-Array = NDArray[np.float64]
 #: Maximises log-likelihoods (B,) of parameters (B, k) within bounds (k, 2), from a seed: best, evaluations.
 Search = Callable[[Callable[[Array], Array], Array, int], tuple[float, int]]
 
@@ -76,16 +75,11 @@ def _compared(
     found, times = [], []
     for seed in range(SEEDS):
         start = time.perf_counter()
-        ours = _ours(objective, bounds, seed)
+        ours = identify(objective, bounds, CLIPPED_NORMAL.search, seed)
         between = time.perf_counter()
-        found.append((ours, genetic(objective, bounds, seed)))
+        found.append(((ours.log_likelihood, ours.evaluations), genetic(objective, bounds, seed)))
         times.append((between - start, time.perf_counter() - between))
     return np.array(found), times
-
-
-def _ours(objective: Callable[[Array], Array], bounds: Array, seed: int) -> tuple[float, int]:
-    found = identify(objective, bounds, CLIPPED_NORMAL.search, seed)
-    return found.log_likelihood, found.evaluations
 
 
 def _genetic() -> tuple[Search, str]:

@@ -25,11 +25,7 @@ PYTHON = os.environ.get("BENCH_KERAS_PYTHON", sys.executable)
 
 @contextmanager
 def started(program: str, folder: Path, how: str) -> Iterator[subprocess.Popen[str]]:
-    """`peers/<program>.py` with its task in `folder`; its first answer is its version.
-
-    Raises:
-        PeerMissing: when there is no Keras.
-    """
+    """`peers/<program>.py` with its task in `folder`; its first answer is its version."""
     command = [PYTHON, str(Path(__file__).parent / "peers" / f"{program}.py"), str(folder), how]
     if subprocess.run([PYTHON, "-c", "import keras, tensorflow"], capture_output=True).returncode:
         raise PeerMissing(

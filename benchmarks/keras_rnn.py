@@ -10,14 +10,12 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import keras
 from benchmarks.slider_crank import BATCH, EPOCH, PERIOD, check_same_work, epoch, gradient, problem, settings
 from benchmarks.timing import side_by_side
+from pipeline.arrays import Array
 from unmodelled.learning.windows import Problem, Progress, weighting
-
-Array = NDArray[np.float64]
 
 HORIZON = 300
 PEER = "RNN of a custom cell in a tf.function, float32"

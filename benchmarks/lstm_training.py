@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from benchmarks import keras
 from benchmarks.timing import side_by_side
+from pipeline.arrays import Array, Single
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence import passes
 from pipeline.cam_follower.sequence.arrays import room, views
@@ -27,8 +27,6 @@ from pipeline.cam_follower.sequence.layout import flattened, sizes
 from pipeline.cam_follower.sequence.training import Draws, standardised
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.threads import one_thread
-
-Array = NDArray[np.float64]
 
 BATCH, STEPS, BATCHES, LEAST = 32, 200, 10, 90
 INPUTS = SequenceInputs(tuple(f"feature {k}" for k in range(8)), ("m", "H", "beta"))
@@ -55,7 +53,7 @@ class Task:
         network.scale_to(sequences)
         return cls(network, standardised(sequences, network))
 
-    def share(self) -> NDArray[np.float32]:
+    def share(self) -> Single:
         """(runs, steps) what every squared error counts."""
         real = np.arange(STEPS) < self.runs.lengths[:, None]
         return np.asarray(real / real.sum(), np.float32)
@@ -120,7 +118,7 @@ def _torch_step(task: Task) -> Callable[[], object]:
     return step
 
 
-def _given(task: Task) -> dict[str, NDArray[np.float32]]:
+def _given(task: Task) -> dict[str, Single]:
     """All that the Keras peer needs: mini-batch and weights in its layout."""
     w = {name: value.detach().numpy() for name, value in task.network.named_parameters()}
     weights = {

@@ -7,16 +7,15 @@ from functools import partial
 import numpy as np
 import scipy
 from numpy.polynomial.hermite_e import hermeval
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import factorial, roots_legendre
 from scipy.stats import beta
 
 from benchmarks.timing import side_by_side
+from pipeline.arrays import Array
 from unmodelled.uncertainty.density import REACH
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
-Array = NDArray[np.float64]
 PEER = f"scipy {scipy.__version__}, optimize.minimize, BFGS"
 OUTPUTS, MOMENTS = 108, 4
 NODES, WEIGHTS = (REACH * a for a in roots_legendre(64))  # as many as ours begins with

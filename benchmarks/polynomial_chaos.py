@@ -5,13 +5,11 @@ from __future__ import annotations
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.timing import PeerMissing, seconds, side_by_side
+from pipeline.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
-
-Array = NDArray[np.float64]
 
 PEER = "chaospy"
 DEGREE, ORDER = 4, 5

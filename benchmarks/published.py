@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from pipeline.arrays import Array
 from pipeline.recordings import cascaded_tanks, emps, silverbox
 from pipeline.recordings.archive import Archive
 from pipeline.recordings.log_folder import parts
@@ -35,8 +35,6 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 SYSTEMS = Path(__file__).parents[1] / "systems"
 #: Integration steps per sample; twice as many change no error of the table by one per cent.
@@ -162,12 +160,11 @@ def simulate(model: System, given: System, record: pd.DataFrame, seen: int) -> A
     begin, target = logs.x[0], logs.y[:seen, 0]
     plausible = np.abs(logs.x[:seen]).max(axis=0) + 1e-3
     weak = 1e-3 * float(np.std(target)) / plausible  # a state that the samples do not determine stays
-    fitted = least_squares(
-        lambda start: np.concatenate([run(start, seen) - target, weak * (start - begin)]),
-        begin,
-        x_scale=plausible,
-    )
-    return run(fitted.x, len(record))
+
+    def off(start: Array) -> Array:
+        return np.concatenate([run(start, seen) - target, weak * (start - begin)])
+
+    return run(least_squares(off, begin, x_scale=plausible).x, len(record))
 
 
 def main(words: Sequence[str]) -> None:

@@ -7,16 +7,7 @@ import copy
 import numpy as np
 import torch
 
-from benchmarks.slider_crank import (
-    BATCH,
-    EPOCH,
-    PERIOD,
-    check_same_work,
-    epoch,
-    gradient,
-    problem,
-    settings,
-)
+from benchmarks.slider_crank import BATCH, EPOCH, PERIOD, check_same_work, epoch, gradient, problem, settings
 from benchmarks.timing import seconds, side_by_side
 from unmodelled.base.threads import one_thread
 from unmodelled.engine.free_run import Integration

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.augmented import AugmentedRecipe
@@ -16,8 +16,6 @@ from unmodelled.learning.rollout import Measured, simulate
 from unmodelled.learning.structures import one_per_port
 from unmodelled.learning.windows import Problem, Progress, Windows, train_epochs
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 SYSTEM = Path(__file__).parent.parent / "systems" / "slider_crank.yaml"
 PERIOD, HIDDEN, BATCH = 5e-4, 32, 200

@@ -24,13 +24,9 @@ MODULES = ("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL))
 
 
 def build(folder: Path) -> None:
-    """Write one HTML page per public module of the library, an index and a search index.
+    """Write one HTML page per public module of the library, an index and a search index, in a new folder.
 
-    Args:
-        folder: folder of the pages; an existing folder is replaced.
-
-    Raises:
-        UserWarning: when a module cannot be imported, or a docstring or annotation cannot be read.
+    A module that cannot be imported, or a docstring or annotation that cannot be read, is an error.
     """
     shutil.rmtree(folder, ignore_errors=True)
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)

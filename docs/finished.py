@@ -13,20 +13,14 @@ from playwright.sync_api import sync_playwright
 import unmodelled as um
 
 ROOT = Path(__file__).parents[1]
-PAGE, PICTURE = ROOT / "docs" / "answer" / "pendulum.html", ROOT / "docs" / "images" / "answer.png"
-NOTEBOOK, EXECUTED = (
-    ROOT / "docs" / "notebooks" / "own_machine.ipynb",
-    ROOT / "docs" / "answer" / "own_machine.ipynb",
-)
+DOCS = ROOT / "docs"
+PAGE, PICTURE = DOCS / "answer" / "pendulum.html", DOCS / "images" / "answer.png"
+NOTEBOOK, EXECUTED = DOCS / "notebooks" / "own_machine.ipynb", DOCS / "answer" / "own_machine.ipynb"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
 def build(file: Path) -> None:
-    """Diagnose the pendulum that comes with the library, and write the page of the answer, one HTML file.
-
-    Args:
-        file: path of the page; an existing file is replaced.
-    """
+    """Diagnose the pendulum that comes with the library, and write the page of the answer, one HTML file."""
     with TemporaryDirectory() as folder:
         um.diagnose(*um.example("pendulum")).save(Path(folder) / "answer")
         text = (Path(folder) / "answer" / "index.html").read_text()
@@ -35,12 +29,7 @@ def build(file: Path) -> None:
 
 
 def photograph(file: Path, picture: Path) -> None:
-    """Take a picture of the page from its head to the sliders.
-
-    Args:
-        file: path of the page.
-        picture: path of the PNG file; an existing file is replaced.
-    """
+    """Take a picture of the page from its head to the sliders."""
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     with (
         sync_playwright() as playwright,
@@ -50,9 +39,8 @@ def photograph(file: Path, picture: Path) -> None:
         page.goto(file.as_uri())
         plot = page.locator("#live-machine .uplot").first
         plot.wait_for()
-        main, top, last = (
-            place.bounding_box() for place in (page.locator("main"), page.locator("#verdict"), plot)
-        )
+        places = page.locator("main"), page.locator("#verdict"), plot
+        main, top, last = (place.bounding_box() for place in places)
         assert main and top and last
         page.screenshot(
             path=picture,
@@ -67,17 +55,11 @@ def photograph(file: Path, picture: Path) -> None:
 
 
 def execute(notebook: Path, to: Path) -> None:
-    """Run all cells of a notebook, and write it with its outputs.
-
-    Args:
-        notebook: path of the notebook.
-        to: path of the notebook with outputs; an existing file is replaced.
-    """
+    """Run all cells of a notebook, and write it with its outputs."""
     cells = nbformat.read(notebook, as_version=4)  # type: ignore[no-untyped-call]
     with TemporaryDirectory() as folder:
-        NotebookClient(
-            cells, timeout=300, record_timing=False, resources={"metadata": {"path": folder}}
-        ).execute()
+        where = {"metadata": {"path": folder}}
+        NotebookClient(cells, timeout=300, record_timing=False, resources=where).execute()
     nbformat.write(cells, to)  # type: ignore[no-untyped-call]
 
 

@@ -33,7 +33,7 @@ from typing import Any
 import grimp
 import yaml
 
-from docs.inherited import classes, docstring
+from docs.reference.docstrings import classes, docstring
 
 PACKAGES = "unmodelled", "pipeline"
 ARRAY = re.compile(r"Array|Tensor|ndarray")
@@ -44,11 +44,7 @@ CODE = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:/|$)")
 
 
 class Checkout:
-    """A checkout of this repository, now or at an earlier commit.
-
-    Args:
-        root: folder that contains the packages; the packages need not be installed.
-    """
+    """A checkout of this repository, now or at an earlier commit; its packages need not be installed."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -83,9 +79,7 @@ class Checkout:
 
     def wrong_way(self) -> int:
         """Return the number of imports of the pipeline by the library."""
-        return sum(
-            one.startswith("unmodelled") > other.startswith("unmodelled") for one, other in self._imports()
-        )
+        return sum(a.startswith("unmodelled") > b.startswith("unmodelled") for a, b in self._imports())
 
     def _imports(self) -> Iterator[tuple[str, str]]:
         for module in self.graph.modules:
@@ -95,9 +89,7 @@ class Checkout:
     def single_use(self, folder: str) -> tuple[int, int]:
         """Return the number of modules below `folder`, and of those that exactly one other module imports."""
         prefix = f"{folder.replace('/', '.')}."
-        modules = [
-            module for module in self.graph.modules if module.startswith(prefix) and self._is_file(module)
-        ]
+        modules = [m for m in self.graph.modules if m.startswith(prefix) and self._is_file(m)]
         users = Counter(len(self.graph.find_modules_that_directly_import(module)) for module in modules)
         return len(modules), users[1]
 
@@ -110,7 +102,9 @@ class Checkout:
             name
             for path, tree in self.trees.items()
             for name in {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
-            if not name.startswith("_") and name != "main" and not _is_verb(path, name)
+            # a verb has the name of its module, in a folder of verbs
+            if not (path.stem == name and path.parent.name in ("verbs", "stages"))
+            if not name.startswith("_") and name != "main"
         )
         return sorted(name for name, times in defined.items() if times > 1)
 
@@ -127,9 +121,7 @@ class Checkout:
             for node, owner in _public(self.trees[path]):
                 text = docstring(node, owner, known)
                 found["with an example"] += ">>>" in (ast.get_docstring(node) or "")
-                if isinstance(node, ast.FunctionDef) and ARRAY.search(
-                    ast.unparse(node.args) + _returns(node)
-                ):
+                if isinstance(node, ast.FunctionDef) and ARRAY.search(_annotations(node)):
                     found["array functions"] += 1
                     found["array functions without docstring"] += not text
                     found["array functions without shape"] += bool(text) and not SHAPE.search(text)
@@ -162,9 +154,7 @@ class Checkout:
     def changed(self, file: str, line: str) -> set[str]:
         """Return what a stage notices of a line that is added to a file: the file, or digests of code.
 
-        Args:
-            file: path from the root; a new file is a copy of `viscous_friction.py` beside it, with the line.
-            line: text that is added at the end.
+        A new file is a copy of `viscous_friction.py` beside it, with the line.
         """
         if not (self.root / "pipeline/digests.py").exists():
             return {file}
@@ -182,10 +172,8 @@ class Checkout:
 
     def definitions(self) -> dict[str, dict[str, Any]]:
         """Return the stages as the `dvc.yaml` files define them."""
-        found = (
-            yaml.safe_load(path.read_text()).get("stages", {}).items() for path in self._graph("dvc.yaml")
-        )
-        return {name: stage.get("do", stage) for stages in found for name, stage in stages}
+        files = [yaml.safe_load(path.read_text()) for path in self._graph("dvc.yaml")]
+        return {name: stage.get("do", stage) for f in files for name, stage in f.get("stages", {}).items()}
 
     def unlocked(self) -> int:
         """Return the number of defined stages of which no cell is locked."""
@@ -216,24 +204,17 @@ def _docstrings(tree: ast.Module) -> set[int]:
     return lines
 
 
-def _is_verb(path: Path, name: str) -> bool:
-    """Whether a function is a verb: it has the name of its module, in a folder of verbs."""
-    return path.stem == name and path.parent.name in ("verbs", "stages")
-
-
 def _digests(folder: Path) -> dict[str, str]:
     """The digests of code that the stages of a checkout depend on, by their paths from its root."""
     subprocess.run([sys.executable, "-m", "pipeline.digests"], cwd=folder, env={}, check=True)
-    return {
-        path.relative_to(folder).as_posix(): path.read_text() for path in (folder / DIGESTS).rglob("*.json")
-    }
+    files = (folder / DIGESTS).rglob("*.json")
+    return {path.relative_to(folder).as_posix(): path.read_text() for path in files}
 
 
 def _touched(deps: set[str], changed: set[str]) -> bool:
     """Whether a dependency is a changed path, or lies above or below one."""
-    above = {
-        str(parent) for path in changed for parent in (PurePosixPath(path), *PurePosixPath(path).parents)
-    }
+    paths = [PurePosixPath(path) for path in changed]
+    above = {str(parent) for path in paths for parent in (path, *path.parents)}
     below = {str(parent) for dep in deps for parent in PurePosixPath(dep).parents}
     return bool(deps & above or below & changed)
 
@@ -250,8 +231,8 @@ def _public(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | ast.ClassDef, 
                     bodies.append((node.body, node))
 
 
-def _returns(node: ast.FunctionDef) -> str:
-    return ast.unparse(node.returns) if node.returns else ""
+def _annotations(node: ast.FunctionDef) -> str:
+    return f"{ast.unparse(node.args)} {ast.unparse(node.returns) if node.returns else ''}"
 
 
 def _numbers(node: ast.stmt) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.withheld import job as withheld
+from benchmarks.withheld import row as withheld
 from benchmarks.withheld import score as scored
 from benchmarks.withheld.case import SHARES, Case, cases_of
 from benchmarks.withheld.entrant import Entrant

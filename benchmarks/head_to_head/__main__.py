@@ -34,14 +34,7 @@ ROBOTS = ("sysid_links",)
 
 
 def method(name: str) -> Method:
-    """Return a method by its name in `METHODS`.
-
-    Args:
-        name: name.
-
-    Raises:
-        ModuleNotFoundError: if a package that it needs is not installed.
-    """
+    """Return a method by its name in `METHODS`; its packages must be installed."""
     module, found, packages = METHODS[name]
     for package in packages:
         if find_spec(package) is None:
@@ -53,15 +46,9 @@ def method(name: str) -> Method:
 def row(case: Case, name: str, revision: str) -> dict[str, Any]:
     """Fit one method to one machine, and return its row.
 
-    Args:
-        case: machine with its logs.
-        name: name of the method.
-        revision: commit of the program.
-
-    Returns:
-        case, method, gap (held-out, standard deviations), learned (gap on the training experiments), known
-        and floor, wall and cpu (seconds of the fit), says, numbers, budget, error ("" or the reason why there
-        is no result), and gaps in MuJoCo where the system is a robot.
+    It has case, method, gap (held-out, standard deviations), learned (gap on the training experiments), known
+    and floor, wall and cpu (seconds of the fit), says, numbers, budget, error ("" or the reason why there is
+    no result), and gaps in MuJoCo where the system is a robot.
     """
     study = case.study()
     known: Gap = known_model(study).gap
@@ -100,12 +87,7 @@ def row(case: Case, name: str, revision: str) -> dict[str, Any]:
 
 
 def compared(truth: Mapping[str, Any], numbers: Mapping[str, float]) -> dict[str, Any]:
-    """Return the planted effect, and the errors of the uncertain parameters, relative to their true values.
-
-    Args:
-        truth: content of truth.json.
-        numbers: values of the uncertain parameters by name, SI.
-    """
+    """Return the planted effect of truth.json, and errors of uncertain parameters relative to true values."""
     true = {name: entry["true"] for name, entry in truth["parameters"].items()}
     off = {name: abs(numbers[name] / value - 1.0) for name, value in true.items() if name in numbers}
     given = {name: abs(e["given"] / e["true"] - 1.0) for name, e in truth["parameters"].items()}
@@ -139,11 +121,7 @@ def main() -> None:
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:
-    """Read the rows of a folder, in the order of their names.
-
-    Args:
-        folder: folder that `main` wrote.
-    """
+    """Read the rows of a folder that `main` wrote, in the order of their names."""
     return [json.loads(path.read_text()) for path in sorted(folder.glob("*.json"))]
 
 

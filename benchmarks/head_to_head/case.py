@@ -29,20 +29,12 @@ outputs: {q_Joint1: {column: q1}, q_Joint2: {column: q2}, qd_Joint1: {column: v1
 
 @dataclass(frozen=True)
 class Case:
-    """A machine with its logs.
+    """A machine with its logs."""
 
-    Attributes:
-        name: name of the machine and of what is withheld.
-        system: system file.
-        logs: log folder.
-        truth: content of truth.json of a virtual machine; default none.
-        robot: whether the system is a robot file; default False.
-    """
-
-    name: str
+    name: str  # of the machine and of what is withheld
     system: Path
     logs: Path
-    truth: dict[str, Any] | None = None
+    truth: dict[str, Any] | None = None  # content of truth.json of a virtual machine
     robot: bool = False
 
     def study(self) -> Study:
@@ -53,11 +45,9 @@ class Case:
 
 
 def measured(logs: Path, robot: Path | None = None) -> Iterator[Case]:
-    """Yield the published machines whose logs are there.
+    """Yield the published machines whose logs <machine>/logs, as `acquire` writes them, are in a folder.
 
-    Args:
-        logs: folder with <machine>/logs, as the verb acquire writes them.
-        robot: folder with double_pendulum.urdf and double_pendulum.yaml (`URDF`); default none.
+    `robot` is a folder with double_pendulum.urdf and double_pendulum.yaml (`URDF`).
     """
     if robot is not None:
         folder = logs / "double_pendulum" / "logs"
@@ -70,11 +60,7 @@ def measured(logs: Path, robot: Path | None = None) -> Iterator[Case]:
 
 
 def virtual(cases: Path) -> Iterator[Case]:
-    """Yield virtual machines with withheld effects.
-
-    Args:
-        cases: folder of cases, as `acquire source=withheld_campaign` writes them.
-    """
+    """Yield virtual machines with withheld effects, as `acquire source=withheld_campaign` writes them."""
     for truth in sorted(cases.glob("*/truth.json")):
         folder = truth.parent
         yield Case(f"virtual/{folder.name}", folder / "system.yaml", folder / "logs", read_json(truth))

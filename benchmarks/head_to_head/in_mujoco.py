@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.joints import QUANTITIES, JointFit
 from benchmarks.head_to_head.method import Model
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import replayed
@@ -21,8 +21,6 @@ from unmodelled.logs.preparation import prepare
 from unmodelled.systems.robot.compile import plain_name, written_names
 from unmodelled.systems.robot.files import Needed
 from unmodelled.systems.robot.loading import loaded
-
-Array = NDArray[np.float64]
 
 #: Arrays of a model of MuJoCo with one number per degree of freedom, or per joint.
 OF_JOINTS = {
@@ -36,9 +34,7 @@ OF_JOINTS = {
 class RobotFit:
     """Free runs in MuJoCo as a function of damping, dry friction, armature and stiffness of every joint.
 
-    Args:
-        study: system of a robot whose joints are driven by torques, with logs.
-        families: families of the library that stand for the fitted quantities; default: all of `QUANTITIES`.
+    The joints are driven by torques; `families` of the library stand for the fitted quantities.
     """
 
     def __init__(self, study: Study, families: Sequence[str] = tuple(QUANTITIES.values())) -> None:
@@ -58,11 +54,7 @@ class RobotFit:
         self.bounds = tuple(b[self.places] for b in self.joints.bounds)
 
     def numbers(self, z: Array) -> dict[str, dict[str, float]]:
-        """Return the numbers of the joints by joint and quantity, SI.
-
-        Args:
-            z: vector, shape (entries,).
-        """
+        """Return the numbers of a vector (entries,) by joint and quantity, SI."""
         quantities = {family: quantity for quantity, family in QUANTITIES.items()}
         found: dict[str, dict[str, float]] = {}
         for effect, value in zip(self.effects, z * self.scale, strict=True):
@@ -70,19 +62,11 @@ class RobotFit:
         return found
 
     def errors(self, z: Array) -> Array:
-        """Return the errors over the training experiments, in standard deviations, shape (errors, sets).
-
-        Args:
-            z: vectors, shape (sets, entries).
-        """
+        """Return training errors (errors, sets) of vectors (sets, entries), in standard deviations."""
         return np.stack([self._errors(self.compiled(one)) for one in z], axis=1)
 
     def compiled(self, z: Array) -> Any:
-        """Return the model of MuJoCo with the numbers of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-        """
+        """Return the model of MuJoCo with the numbers of a vector (entries,)."""
         set_numbers(self.robot, self.numbers(z))
         return self.robot
 
@@ -101,13 +85,8 @@ class RobotFit:
         q, v = ([states.index(f"{s}_{name}") for name in self.names] for s in ("q", "qd"))
         x = prepare(system, logs).x[recording.start]
         first = np.column_stack([np.zeros(len(x)), x[:, q], x[:, v]])
-        found, _ = rollout.rollout(
-            robot,
-            mujoco.MjData(robot),
-            first,
-            force,
-            control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED),
-        )
+        spec = int(mujoco.mjtState.mjSTATE_QFRC_APPLIED)
+        found, _ = rollout.rollout(robot, mujoco.MjData(robot), first, force, control_spec=spec)
         simulated = np.full((*found.shape[:2], len(states)), np.nan)
         simulated[:, :, q], simulated[:, :, v] = np.split(found[:, :, 1:], 2, axis=2)
         shown = [states.index(str(o.expression)) for o in system.outputs]
@@ -116,23 +95,14 @@ class RobotFit:
         return off[recording.counted].ravel()
 
     def model(self, z: Array, budget: str) -> Model:
-        """Return the model of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-            budget: number of simulations and iterations, and the reason to stop.
-        """
+        """Return the model of a vector (entries,); `budget` tells simulations and the reason to stop."""
         full = self.joints.start.copy()
         full[self.places] = z
         return self.joints.model(full, budget)
 
 
 class LinkFit(RobotFit):
-    """Free runs in MuJoCo as a function of damping, dry friction, armature and the inertias of the links.
-
-    Args:
-        study: system of a robot whose joints are driven by torques, with logs.
-    """
+    """Free runs in MuJoCo as a function of damping, dry friction, armature and the inertias of the links."""
 
     def __init__(self, study: Study) -> None:
         import mujoco
@@ -168,13 +138,8 @@ class LinkFit(RobotFit):
 
     def model(self, z: Array, budget: str) -> Model:
         fitted, given = self.compiled(z), self.robot
-        links = {
-            name: (
-                *(fitted.body(name).mass.copy(), fitted.body(name).ipos.copy()),
-                *(fitted.body(name).iquat.copy(), fitted.body(name).inertia.copy()),
-            )
-            for name in self.bodies
-        }
+        parts = "mass", "ipos", "iquat", "inertia"
+        links = {n: tuple(getattr(fitted.body(n), part).copy() for part in parts) for n in self.bodies}
         found = super().model(z[: self.own], budget)
         said = [
             f"mass of {name} {given.body(name).mass[0]:.3g} -> {links[name][0][0]:.3g} kg, largest inertia "
@@ -212,12 +177,7 @@ def _set_options(model: Any, study: Study) -> None:
 
 
 def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
-    """Set numbers of joints in a model of MuJoCo.
-
-    Args:
-        model: model, changed.
-        numbers: numbers by joint and quantity, SI.
-    """
+    """Set numbers of joints, SI, by joint and quantity, in a model of MuJoCo."""
     import mujoco
 
     names = [plain_name(name) for name in written_names(model, "joint")]
@@ -230,12 +190,9 @@ def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
 
 
 def set_link(model: Any, name: str, numbers: tuple[Array, ...]) -> None:
-    """Set the inertia of a link in a model of MuJoCo.
+    """Set mass (kg), centre of mass (m), axes (quaternion) and principal inertias (kg m^2) of a link.
 
-    Args:
-        model: model, changed; constants that follow from the inertia are not computed again.
-        name: name of the body.
-        numbers: mass (kg), centre of mass (m), axes (quaternion) and principal inertias (kg m^2).
+    Constants that follow from them in a model of MuJoCo are not computed again.
     """
     body = model.body(name)
     body.mass[:], body.ipos[:], body.iquat[:], body.inertia[:] = numbers
@@ -256,12 +213,7 @@ class JointNumbers(Supplement):
 
 
 def gaps_in_mujoco(model: Model, study: Study) -> dict[str, float]:
-    """Return the gap of a model, and of the robot file as given, in MuJoCo on the held-out experiments.
-
-    Args:
-        model: fitted model of a system with a robot.
-        study: known physics, logs and held-out experiments.
-    """
+    """Return the gap of a model, and of the robot file as given, in MuJoCo on the held-out experiments."""
     if model.answer is not None:
         entry = model.answer.content.get("robot")  # type: ignore[attr-defined]
         if not entry:
@@ -278,7 +230,6 @@ def _gap(system: Any, logs: Any, study: Study, joints: Any, laws: Any, links: An
     assert robot is not None
     names = [state.name.removeprefix("q_") for state in system.states if state.name.startswith("q_")]
     applied = {name: system.signals[f"drive_{name}"] - laws.get(name, 0) for name in names}
-    backend = RobotInMujoco(
-        robot.text, robot.file, [], applied, robot.locked, JointNumbers(joints=joints, links=links)
-    )
+    numbers = JointNumbers(joints=joints, links=links)
+    backend = RobotInMujoco(robot.text, robot.file, [], applied, robot.locked, numbers)
     return replayed(backend, system, prepare(system, logs), study.horizon, study.held_out)[0]

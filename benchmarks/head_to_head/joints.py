@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model, uncertain, with_values
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
@@ -20,8 +20,6 @@ from unmodelled.effects.added import Added
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Quantities of a joint in MuJoCo, with the family of the library that is the same law.
 QUANTITIES = {
@@ -47,24 +45,16 @@ WINDOWS, STEP, SAME = 60, 1e-3, 0.05
 
 @dataclass(frozen=True, eq=False)
 class JointFit:
-    """Free runs as a function of the vector of all parameters that a method fits.
+    """Free runs as a function of the vector of all parameters that a method fits."""
 
-    Attributes:
-        hypothesis: the known physics with the joint parameters, all zero.
-    """
-
-    hypothesis: Hypothesis
+    hypothesis: Hypothesis  # the known physics with the joint parameters, all zero
 
     @classmethod
     def of(cls, study: Study, families: Sequence[str]) -> JointFit:
-        """Add the joint parameters of some families at every mechanical port, input and measured position.
+        """Add joint parameters of families in this order at mechanical ports, inputs and measured positions.
 
         A joint parameter that acts like parameters of the system file or earlier ones is left out, because no
         log could tell the two from each other.
-
-        Args:
-            study: known physics, logs and held-out experiments.
-            families: families of the library, in the order in which they are added.
         """
         found = Hypothesis.known(study)
         for family in families:
@@ -103,32 +93,20 @@ class JointFit:
         return substeps_needed(self.unknowns.simulation, self.unknowns.numbers(self.start[None]))[0]
 
     def errors(self, z: Array) -> Array:
-        """Return the errors of free runs over the training experiments, in standard deviations.
+        """Return errors (errors, sets) of free runs of vectors (sets, entries) over the training experiments.
 
-        Args:
-            z: vectors, shape (sets, entries).
-
-        Returns:
-            Errors, shape (errors, sets); cut as in the gap.
+        They are in standard deviations, and cut as in the gap.
         """
         return _errors(self.unknowns, z, self.substeps)
 
     def model(self, z: Array, budget: str) -> Model:
-        """Return the model of a vector.
-
-        Args:
-            z: vector, shape (entries,).
-            budget: number of simulations and iterations, and the reason to stop.
-        """
+        """Return the model of a vector (entries,); `budget` tells simulations and the reason to stop."""
         each, values = self.unknowns.each, z * self.unknowns.scale
         parts = [values[self.unknowns.unknown == k] for k in range(len(each))]
-        shared = {u.name: float(part[0]) for u, part in zip(each, parts, strict=True) if not u.own}
+        found = list(zip(each, parts, strict=True))
+        shared = {u.name: float(part[0]) for u, part in found if not u.own}
         ids = [self.study.logs.ids[i] for i in sorted(self.study.learned)]
-        own = {
-            u.name: dict(zip(ids, part.tolist(), strict=True))
-            for u, part in zip(each, parts, strict=True)
-            if u.own
-        }
+        own = {u.name: dict(zip(ids, part.tolist(), strict=True)) for u, part in found if u.own}
         system, logs = with_values(self.hypothesis, shared, own, self.substeps)
         known = uncertain(self.study.system)
         joints: dict[str, dict[str, float]] = {}
@@ -142,21 +120,12 @@ class JointFit:
                 joints.setdefault(effect.place.name, {})[quantities[effect.family]] = shared[name]
         moved = [f"{n} {known[n]:.3g} -> {shared[n]:.3g}" for n in known]
         limits = self.hypothesis.study.thresholds.at_bound_share
-        far = tuple(
-            u.name
-            for u in each
-            if not u.own and u.name in known and u.bound(shared[u.name], limits) is not None
-        )
-        return Model(
-            system,
-            logs,
-            "parameters: " + "; ".join([*said, *moved]),
-            {name: shared[name] for name in known},
-            at_bound=far,
-            budget=budget,
-            joints=joints,
-            named=tuple((e.family, e.place.channel) for e in self.hypothesis.effects),
-        )
+        of_file = [u for u in each if not u.own and u.name in known]
+        far = tuple(u.name for u in of_file if u.bound(shared[u.name], limits) is not None)
+        says = f"parameters: {'; '.join([*said, *moved])}"
+        numbers = {name: shared[name] for name in known}
+        named = tuple((e.family, e.place.channel) for e in self.hypothesis.effects)
+        return Model(system, logs, says, numbers, far, budget, joints=joints, named=named)
 
 
 def _is_joint(system: System, place: Place) -> bool:

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Protocol
 
-import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
@@ -19,42 +18,26 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Model:
-    """The result of a method.
+    """The result of a method."""
 
-    Attributes:
-        system: system with the numbers and laws that the method found.
-        logs: logs of all experiments with the constants of `system`.
-        says: sentence on what the method says is wrong with the known physics.
-        numbers: values of the uncertain parameters of the system file by name, SI.
-        at_bound: names of fitted numbers that ended at a bound; default none.
-        budget: effort of the optimiser (iterations, simulations) and its reason to stop; default "".
-        laws: laws that the method added, by port; default none.
-        joints: numbers that the method gives the joints, by port and quantity (armature, damping,
-            frictionloss, stiffness), SI; default none.
-        links: mass, centre of mass, axes and principal inertias of links by body, SI; default none.
-            The equations of `system` do not have them: the gap of such a model is that in MuJoCo.
-        named: family and channel of every effect that the method names, or for which it fits a number.
-        alike: family and channel of effects that it lists as indistinguishable from these; default none.
-        answer: answer of the diagnosis, for `ours` only.
-    """
-
-    system: System
-    logs: Logs
-    says: str
-    numbers: Mapping[str, float]
-    at_bound: tuple[str, ...] = ()
-    budget: str = ""
-    laws: Mapping[str, sp.Expr] = field(default_factory=dict)
+    system: System  # with the numbers and laws that the method found
+    logs: Logs  # of all experiments, with the constants of `system`
+    says: str  # what is wrong with the known physics, by the method
+    numbers: Mapping[str, float]  # uncertain parameters of the system file, SI
+    at_bound: tuple[str, ...] = ()  # fitted numbers that ended at a bound
+    budget: str = ""  # iterations and simulations of the optimiser, and its reason to stop
+    laws: Mapping[str, sp.Expr] = field(default_factory=dict)  # that the method added, by port
+    #: By port and quantity (armature, damping, frictionloss, stiffness), SI.
     joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: Mass, centre of mass, axes and principal inertias by body, SI, in MuJoCo only, not in `system`.
     links: Mapping[str, tuple[Array, ...]] = field(default_factory=dict)
+    #: Family and channel of effects that it names, or fits a number for.
     named: tuple[tuple[str, str], ...] = ()
-    alike: tuple[tuple[str, str], ...] = ()
-    answer: object = None
+    alike: tuple[tuple[str, str], ...] = ()  # effects that it lists as indistinguishable from these
+    answer: object = None  # of the diagnosis, for `ours` only
 
 
 class Method(Protocol):
@@ -66,20 +49,13 @@ class Method(Protocol):
     needs: tuple[str, ...]
 
     def fit(self, study: Study) -> Model:
-        """Fit the model; the held-out experiments of the study take no part.
-
-        Args:
-            study: known physics, logs and held-out experiments.
-        """
+        """Fit the model; the held-out experiments of the study take no part."""
 
 
 def gap_of(model: Model, study: Study, learned: bool = False) -> float:
     """Return the gap of a model in the project's free runs, in standard deviations of the outputs.
 
-    Args:
-        model: fitted model.
-        study: known physics, logs and held-out experiments.
-        learned: whether the gap is that on the training experiments; default False: on the held-out ones.
+    It is that on the training experiments if `learned`, else on the held-out ones.
     """
     runs = study.learned if learned else study.held_out
     logs = prepare(model.system, model.logs)
@@ -87,21 +63,13 @@ def gap_of(model: Model, study: Study, learned: bool = False) -> float:
 
 
 def with_values(
-    hypothesis: Hypothesis,
-    values: Mapping[str, float],
-    own: Mapping[str, Mapping[str, float]],
-    substeps: int,
+    hypothesis: Hypothesis, values: Mapping[str, float], own: Mapping[str, Mapping[str, float]], substeps: int
 ) -> tuple[System, Logs]:
-    """Return a hypothesis as a system with given numbers, and the logs with its constants.
+    """Return a hypothesis as a system with given numbers (SI), and the logs with its constants.
 
-    Numbers that every experiment has for itself, such as the start of a hidden state, are fitted to the first
-    half of held-out experiments, as the diagnosis does it.
-
-    Args:
-        hypothesis: the known physics with effects.
-        values: values by name of the unknown, SI; a timing that is missing is zero.
-        own: values of single experiments by name and id, SI.
-        substeps: integration steps per sample.
+    A timing that is missing is zero. Numbers that every experiment has for itself (`own`, by name and id),
+    such as the start of a hidden state, are fitted to the first half of held-out experiments, as the
+    diagnosis does it.
     """
     every = {**dict.fromkeys(hypothesis.timing, 0.0), **values}
     found = SimpleNamespace(values=every, own=own, substeps=substeps)
@@ -111,10 +79,6 @@ def with_values(
 
 
 def uncertain(system: System) -> dict[str, float]:
-    """Return the values of the uncertain parameters that all experiments share, by name, SI.
-
-    Args:
-        system: system with its numbers.
-    """
+    """Return the values of the uncertain parameters that all experiments share, by name, SI."""
     given = dict(zip((p.name for p in system.parameters), system.values, strict=True))
     return {name: given[name] for name in system.uncertain}

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model
-from benchmarks.head_to_head.residual import Residual, best_of
+from benchmarks.head_to_head.residual import Residual, best_law
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
-
-Array = NDArray[np.float64]
 
 #: Samples that are regressed, about.
 SAMPLES = 2000
@@ -37,19 +35,16 @@ class SymbolicRegression:
     name, needs = "pyoperon", ("pyoperon",)
 
     def fit(self, study: Study) -> Model:
-        found = []
-        for residual in Residual.each(study):
-            found.append(residual.model({}, "no law lowers the gap of the training experiments"))
-            if not residual.rates:
-                continue
-            ports = list(range(len(residual.ports)))
-            groups = [ports] if len(ports) <= len(residual.rates) else [[p] for p in ports]
-            for group in groups:
-                found += _regressed(residual, study, group)
-        return best_of(found, study)
+        return best_law(study, _regressed)
 
 
-def _regressed(residual: Residual, study: Study, group: list[int]) -> list[Model]:
+def _regressed(residual: Residual, study: Study) -> list[Model]:
+    ports = list(range(len(residual.ports)))
+    groups = [ports] if len(ports) <= len(residual.rates) else [[p] for p in ports]
+    return [model for group in groups for model in _of_group(residual, study, group)]
+
+
+def _of_group(residual: Residual, study: Study, group: list[int]) -> list[Model]:
     """Models of all lengths."""
     logs = residual.logs
     rows = np.flatnonzero(np.isin(logs.owner, study.learned))

@@ -46,15 +46,8 @@ class Ours:
         entries = answer.content["effects"]
         named = tuple((e["family"], e["port"]) for e in entries)
         alike = tuple((o["family"], o["port"]) for e in entries for o in e["indistinguishable"])
-        return Model(
-            *_with_all_outputs(found.diagnosis.augmented, study),
-            says,
-            numbers,
-            budget=budget,
-            named=named,
-            alike=alike,
-            answer=answer,
-        )
+        system, logs = _with_all_outputs(found.diagnosis.augmented, study)
+        return Model(system, logs, says, numbers, (), budget, named=named, alike=alike, answer=answer)
 
 
 def _with_all_outputs(augmented: JudgedModel, study: Study) -> tuple[System, Logs]:

@@ -44,11 +44,7 @@ COLUMNS = [
 
 
 def measured_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return a row per published machine and method.
-
-    Args:
-        found: rows of the runner.
-    """
+    """Return a row per published machine and method, from the rows of the runner."""
     lines = [_line(row) for row in found if not row["case"].startswith("virtual/")]
     return pd.DataFrame(lines, columns=COLUMNS)
 
@@ -56,14 +52,10 @@ def measured_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
 def virtual_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
     """Return a row per virtual machine and method, with the planted effect and what the method makes of it.
 
-    Args:
-        found: rows of the runner.
-
-    Returns:
-        Columns of the measured table and planted; expressible (whether the planted effect is among the
-        numbers that a tuning method fits); named (whether the method names the planted effect or lists it as
-        indistinguishable); given_error and parameter_error (largest error of the uncertain parameters, as a
-        share of the true value, before and after the fit); hides.
+    It has the columns of the measured table and planted; expressible (whether the planted effect is among the
+    numbers that a tuning method fits); named (whether the method names the planted effect or lists it as
+    indistinguishable); given_error and parameter_error (largest error of the uncertain parameters, as a
+    share of the true value, before and after the fit); hides.
     """
     lines = []
     for row in found:
@@ -100,46 +92,32 @@ def _line(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def gaps(table: pd.DataFrame) -> str:
-    """Return the gaps of all methods as a table in Markdown, the smallest within 1 % in bold.
-
-    Args:
-        table: measured or virtual table.
-    """
-    lines = [["machine", "as given", "noise floor", *COMMON.values()]]
-    for case, group in table.groupby("case", sort=False):
-        each = group.set_index("method")
-        values = {name: _number(each, name, "gap") for name in COMMON}
-        finite = [value for value in values.values() if value == value]
-        best = min(finite, default=float("nan"))
-        first = group.iloc[0]
-        cells = [_cell(each, name, value, value <= ALIKE * best) for name, value in values.items()]
-        lines.append([_name(case, first), f"{first['known']:.3g}", f"{first['floor']:.3g}", *cells])
-    return _markdown(lines)
+    """Return the gaps of all methods as a table in Markdown, the smallest within 1 % in bold."""
+    return _smallest(table, "machine", "gap", {"as given": "known", "noise floor": "floor"}, COMMON)
 
 
 def in_mujoco(table: pd.DataFrame) -> str:
-    """Return the gaps in MuJoCo of machines that are robots as a table in Markdown.
-
-    Args:
-        table: measured table.
-    """
+    """Return the gaps in MuJoCo of machines that are robots as a table in Markdown."""
     some = table[table["mujoco"].notna()]
-    lines = [["robot", "as given", *HEADINGS.values()]]
-    for case, group in some.groupby("case", sort=False):
-        each = group.set_index("method")
-        values = {name: _number(each, name, "mujoco") for name in HEADINGS}
-        best = min((v for v in values.values() if v == v), default=float("nan"))
+    return _smallest(some, "robot", "mujoco", {"as given": "mujoco_given"}, HEADINGS)
+
+
+def _smallest(
+    table: pd.DataFrame, machine: str, column: str, beside: Mapping[str, str], methods: Mapping[str, str]
+) -> str:
+    """A row per machine: columns that are the same for all methods, and a column of every method."""
+    lines = [[machine, *beside, *methods.values()]]
+    for case, group in table.groupby("case", sort=False):
+        each, first = group.set_index("method"), group.iloc[0]
+        values = {name: _number(each, name, column) for name in methods}
+        best = min((value for value in values.values() if value == value), default=float("nan"))
         cells = [_cell(each, name, value, value <= ALIKE * best) for name, value in values.items()]
-        lines.append([case, f"{group.iloc[0]['mujoco_given']:.3g}", *cells])
+        lines.append([_name(case, first), *(f"{first[known]:.3g}" for known in beside.values()), *cells])
     return _markdown(lines)
 
 
 def seconds(table: pd.DataFrame) -> str:
-    """Return the CPU seconds of all fits as a table in Markdown.
-
-    Args:
-        table: measured or virtual table.
-    """
+    """Return the CPU seconds of all fits as a table in Markdown."""
     lines = [["machine", *COMMON.values()]]
     for case, group in table.groupby("case", sort=False):
         each = group.set_index("method")
@@ -149,11 +127,7 @@ def seconds(table: pd.DataFrame) -> str:
 
 
 def sayings(table: pd.DataFrame) -> str:
-    """Return what every method says of every machine as a table in Markdown.
-
-    Args:
-        table: measured table.
-    """
+    """Return what every method says of every machine as a table in Markdown."""
     lines = [["machine", "method", "says"]]
     for _, row in table.iterrows():
         said = row["error"] or row["says"]
@@ -163,11 +137,7 @@ def sayings(table: pd.DataFrame) -> str:
 
 
 def errors(table: pd.DataFrame) -> str:
-    """Return the largest parameter error of every method on virtual machines as a table in Markdown.
-
-    Args:
-        table: virtual table.
-    """
+    """Return the largest parameter error of every method on virtual machines as a table in Markdown."""
     lines = [["case", "planted", "given", *COMMON.values(), "ours names it"]]
     for case, group in table.groupby("case", sort=False):
         each = group.set_index("method")
@@ -186,22 +156,15 @@ def errors(table: pd.DataFrame) -> str:
 
 
 def counts(table: pd.DataFrame) -> str:
-    """Return how often tuning methods hide an effect as a table in Markdown.
-
-    Args:
-        table: virtual table.
-    """
-    head = ["method", "cases", "effect is no parameter of it", "hidden", "median of the largest error"]
-    lines = [head]
+    """Return how often tuning methods hide an effect as a table in Markdown."""
+    lines = [["method", "cases", "effect is no parameter of it", "hidden", "median of the largest error"]]
     for name in COMMON:
         mine = table[(table["method"] == name) & table["gap"].notna()]
         middle = f"{100 * mine['parameter_error'].astype(float).median():.0f} %" if len(mine) else "–"
-        if name in TUNING:
-            other = int((mine["expressible"].astype(str) == "False").sum())
-            hidden = int((mine["hides"].astype(str) == "True").sum())
-            lines.append([HEADINGS[name], str(len(mine)), str(other), str(hidden), middle])
-        else:
-            lines.append([HEADINGS[name], str(len(mine)), "–", "–", middle])
+        other = (mine["expressible"].astype(str) == "False").sum()
+        hidden = (mine["hides"].astype(str) == "True").sum()
+        found = [str(other), str(hidden)] if name in TUNING else ["–", "–"]
+        lines.append([HEADINGS[name], str(len(mine)), *found, middle])
     return _markdown(lines)
 
 
@@ -218,12 +181,7 @@ TABLES: dict[str, tuple[str, Callable[[pd.DataFrame], str]]] = {
 
 
 def filled(text: str, folder: Path) -> str:
-    """Return a page whose tables are those of the CSV files beside it.
-
-    Args:
-        text: page with `<!-- table: NAME -->` and `<!-- end -->` around every table.
-        folder: folder of the CSV files.
-    """
+    """Return a page with the tables of CSV files between its `<!-- table: NAME -->` and `<!-- end -->`."""
     read = {name: pd.read_csv(folder / name, keep_default_na=True) for name in (MEASURED, VIRTUAL)}
     for table in read.values():
         for column in ("error", "says", "budget"):

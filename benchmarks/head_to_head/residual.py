@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model, gap_of, uncertain
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -20,28 +20,17 @@ from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Port, symbol
 from unmodelled.systems.numeric import numpy_system_function
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """Rates that efforts at ports drive: measured, known, and by how much an effort changes them.
-
-    Attributes:
-        study: known physics, logs and held-out experiments.
-        base: known physics whose numbers are those of the system file or re-identified.
-    """
+    """Rates that efforts at ports drive: measured, known, and by how much an effort changes them."""
 
     study: Study
-    base: JudgedModel
+    base: JudgedModel  # known physics with the numbers of the file, or re-identified
 
     @classmethod
     def each(cls, study: Study) -> Iterator[Residual]:
-        """Yield the residual of the physics as given, and of the physics with re-identified parameters.
-
-        Args:
-            study: known physics, logs and held-out experiments.
-        """
+        """Yield the residual of the physics as given, and of the physics with re-identified parameters."""
         yield cls(study, known_model(study))
         fitted = FittedHypothesis.of(Hypothesis.known(study), study.recording)
         yield cls(study, judged_model("re-identified", fitted))
@@ -54,12 +43,9 @@ class Residual:
     @cached_property
     def rates(self) -> tuple[int, ...]:
         """Return the numbers of the measured states whose rates depend on an effort."""
-        system = self.base.system
-        return tuple(
-            k
-            for k, rate in enumerate(system.dynamics)
-            if self.logs.measured[k] and rate.free_symbols & {*system.e}
-        )
+        system, measured = self.base.system, self.logs.measured
+        driven = [bool(rate.free_symbols & {*system.e}) for rate in system.dynamics]
+        return tuple(k for k in range(len(driven)) if driven[k] and measured[k])
 
     @cached_property
     def ports(self) -> tuple[Port, ...]:
@@ -69,14 +55,7 @@ class Residual:
         return tuple(p for p in system.ports if symbol(p.effort) in driven)
 
     def values(self, expressions: list[sp.Expr]) -> Array:
-        """Return expressions of the system along all samples.
-
-        Args:
-            expressions: k expressions in states, inputs, parameters and constants.
-
-        Returns:
-            Values, shape (samples, k); zero where undefined.
-        """
+        """Return k expressions of the system along all samples (samples, k); zero where undefined."""
         system, logs = self.base.system, self.logs
         function = numpy_system_function(system, expressions, efforts_zero=True)
         found = function(logs.t, logs.x, logs.u, np.empty(0), np.array(system.values), logs.c[logs.owner])
@@ -98,16 +77,11 @@ class Residual:
     def measured(self) -> Array:
         """Return the rates by smoothing differentiation of the states, shape (samples, rates)."""
         logs = self.logs
-        return np.stack(
-            [smooth_derivative(logs.x[:, k], logs.offsets, logs.period)[1] for k in self.rates], axis=1
-        )
+        rates = [smooth_derivative(logs.x[:, k], logs.offsets, logs.period)[1] for k in self.rates]
+        return np.stack(rates, axis=1)
 
     def coordinates(self, port: Port) -> dict[str, sp.Expr]:
-        """Return position and velocity of a port, inputs and constants, by a short name.
-
-        Args:
-            port: port of the system.
-        """
+        """Return position and velocity of a port, inputs and constants, by a short name."""
         system = self.base.system
         found = {}
         if port.position is not None:
@@ -118,12 +92,7 @@ class Residual:
         return {**found, **{f"in_{name}": symbol(name) for name in others}}
 
     def model(self, laws: Mapping[str, sp.Expr], budget: str) -> Model:
-        """Return the base with laws at its ports.
-
-        Args:
-            laws: additional effort by port.
-            budget: size of the search, such as samples and generations.
-        """
+        """Return the base with laws, additional efforts by port; `budget` is the size of the search."""
         system = self.base.system
         ports = tuple(
             replace(p, law=laws[p.name] + (0 if p.law is None else p.law)) if laws.get(p.name, 0) != 0 else p
@@ -136,16 +105,14 @@ class Residual:
         return Model(found, self.base.logs, says, uncertain(found), budget=budget, laws=kept)
 
 
-def best_of(models: list[Model], study: Study) -> Model:
-    """Return the model with the smallest gap on the training experiments.
-
-    Args:
-        models: fitted models.
-        study: known physics, logs and held-out experiments.
-    """
-    return min(models, key=lambda model: gap_of(model, study, learned=True))
+def best_law(study: Study, regressed: Callable[[Residual, Study], list[Model]]) -> Model:
+    """Return the model with the smallest gap on the training experiments, of regressed ones and no law."""
+    found = []
+    for residual in Residual.each(study):
+        found.append(residual.model({}, "no law lowers the gap of the training experiments"))
+        found += regressed(residual, study) if residual.rates else []
+    return min(found, key=lambda model: gap_of(model, study, learned=True))
 
 
 def _short(law: sp.Expr) -> str:
-    rounded = law.xreplace({n: sp.Float(n, 3) for n in law.atoms(sp.Float)})
-    return str(rounded)
+    return str(law.xreplace({number: sp.Float(number, 3) for number in law.atoms(sp.Float)}))

@@ -6,14 +6,12 @@ import warnings
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.method import Model
-from benchmarks.head_to_head.residual import Residual, best_of
+from benchmarks.head_to_head.residual import Residual, best_law
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
-
-Array = NDArray[np.float64]
 
 #: Largest length of a segment and of all segments, samples.
 LONGEST, TOGETHER = 4000, 40_000
@@ -38,12 +36,7 @@ class WeakSindy:
     name, needs = "PySINDy", ("pysindy",)
 
     def fit(self, study: Study) -> Model:
-        found = []
-        for residual in Residual.each(study):
-            found.append(residual.model({}, "no law lowers the gap of the training experiments"))
-            if residual.rates:
-                found += _regressed(residual, study)
-        return best_of(found, study)
+        return best_law(study, _regressed)
 
 
 def _terms(residual: Residual, port: Port) -> list[sp.Expr]:
@@ -76,19 +69,15 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
     columns = residual.influence[:, :, at] * shapes[:, None, :]  # (samples, rates, terms)
     lengths = np.diff(logs.offsets)[list(study.learned)]
     length = int(min(lengths.min(), LONGEST))
-    starts = [
-        logs.offsets[i] + k * length
-        for i in study.learned
-        for k in range(int(np.diff(logs.offsets)[i]) // length)
-    ]
+    each = zip(study.learned, lengths.tolist(), strict=True)
+    starts = [logs.offsets[i] + k * length for i, whole in each for k in range(whole // length)]
     starts = starts[:: max(1, -(-len(starts) * length // TOGETHER))]
     half = min(max(LEAST, round(SHARE * study.horizon / logs.period)), int(MOST * length))
     np.random.seed(study.seed)  # noqa: NPY002  (pysindy draws its test functions so)
     t = logs.period * np.arange(length)
     count = int(min(FUNCTIONS, max(20, OVERLAP * length // half)))
-    weak = ps.WeakPDELibrary(
-        ps.IdentityLibrary(), spatiotemporal_grid=t, K=count, H_xt=half * logs.period, p=4
-    )
+    width = half * logs.period
+    weak = ps.WeakPDELibrary(ps.IdentityLibrary(), spatiotemporal_grid=t, K=count, H_xt=width, p=4)
     matrix, target = [], []
     scale = np.std(residual.measured, axis=0)
     for start in starts:
@@ -96,7 +85,7 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
         for s, k in enumerate(residual.rates):
             x = np.column_stack([columns[rows, s], residual.known[rows, s]])
             integrals = _integrals(weak, x)
-            slope = _slopes(weak, logs.x[rows, k])
+            slope = np.asarray(weak.convert_u_dot_integral(logs.x[rows, k, None]))[:, 0]  # by parts
             matrix.append(integrals[:, :-1] / scale[s])
             target.append((slope - integrals[:, -1]) / scale[s])
     theta, rest = np.vstack(matrix), np.concatenate(target)
@@ -120,14 +109,8 @@ def _regressed(residual: Residual, study: Study) -> list[Model]:
 
 def _integrals(weak, x: Array) -> Array:  # type: ignore[no-untyped-def]
     """Integrals of columns (samples, columns) with every test function, shape (functions, columns)."""
-    return np.stack(
-        [np.tensordot(w, x[k[0]], axes=(0, 0)) for w, k in zip(weak.fullweights0, weak.inds_k, strict=True)]
-    )
-
-
-def _slopes(weak, x: Array) -> Array:  # type: ignore[no-untyped-def]
-    """Integrals of the rate of a signal (samples,) with every test function, by parts."""
-    return np.asarray(weak.convert_u_dot_integral(x[:, None]))[:, 0]
+    each = zip(weak.fullweights0, weak.inds_k, strict=True)
+    return np.stack([np.tensordot(w, x[k[0]], axes=(0, 0)) for w, k in each])
 
 
 def _ensemble(theta: Array, rest: Array, threshold: float, seed: int) -> Array:

@@ -8,13 +8,11 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.head_to_head.joints import QUANTITIES, JointFit
 from benchmarks.head_to_head.method import Model
+from pipeline.arrays import Array
 from unmodelled.diagnosis.data.study import Study
-
-Array = NDArray[np.float64]
 
 #: Largest number of iterations of the optimiser.
 ITERATIONS = 50
@@ -46,12 +44,9 @@ class WithLinks:
 class MujocoSysid:
     """`mujoco.sysid.optimize` over the free runs of the training experiments.
 
-    The joint parameters are damping, dry friction, armature and stiffness. The residual is that of the gap.
-    A robot runs in MuJoCo (`in_mujoco.RobotFit`). Another machine runs in the project's free runs, with the
-    same joint parameters at its mechanical ports.
-
-    Args:
-        quantities: quantities of the joints that are fitted, of `QUANTITIES`; default: all.
+    The joint parameters are damping, dry friction, armature and stiffness, or some of them. The residual is
+    that of the gap. A robot runs in MuJoCo (`in_mujoco.RobotFit`). Another machine runs in the project's free
+    runs, with the same joint parameters at its mechanical ports.
     """
 
     needs = ("mujoco",)
@@ -69,11 +64,9 @@ class MujocoSysid:
             from benchmarks.head_to_head.in_mujoco import RobotFit
 
             robot = RobotFit(study, self.families)
-            z, budget = optimised(robot.errors, robot.start, robot.bounds)
-            return robot.model(z, budget)
+            return robot.model(*optimised(robot.errors, robot.start, robot.bounds))
         joints = JointFit.of(study, self.families)
-        z, budget = optimised(joints.errors, joints.start, joints.bounds)
-        return joints.model(z, budget)
+        return joints.model(*optimised(joints.errors, joints.start, joints.bounds))
 
 
 def optimised(
@@ -81,12 +74,9 @@ def optimised(
 ) -> tuple[Array, str]:
     """Minimise the sum of squared errors with mujoco.sysid, and return the vector and the iterations.
 
-    Args:
-        errors: function of vectors, shape (sets, entries), that returns errors, shape (errors, sets).
-        start: initial vector, shape (entries,).
-        bounds: lowest and highest vector, each of shape (entries,).
-        scaled: whether the optimiser scales the entries by their slopes, default True. It stalls so where an
-            entry, such as a product of inertia of a plane mechanism, changes nothing.
+    `errors` of vectors (sets, entries) are (errors, sets). The optimiser scales the entries by their slopes
+    if `scaled`; it stalls so where an entry, such as a product of inertia of a plane mechanism, changes
+    nothing.
     """
     from mujoco import sysid
 
@@ -103,14 +93,8 @@ def optimised(
         found = errors(sets)
         return [found[:, 0] if x.ndim == 1 else found], None, None
 
+    how = {"optimizer": "mujoco", "verbose": False, "max_iters": ITERATIONS}
     with redirect_stdout(StringIO()):  # the table of iterations
-        best, result = sysid.optimize(
-            parameters,
-            residual,
-            optimizer="mujoco",
-            verbose=False,
-            max_iters=ITERATIONS,
-            x_scale="jac" if scaled else 1.0,
-        )
+        best, result = sysid.optimize(parameters, residual, x_scale="jac" if scaled else 1.0, **how)
     steps = len(result.extras.get("objective", ()))
     return best.as_vector(), f"{steps or 'at most ' + str(ITERATIONS)} iterations, {count} simulations"

@@ -16,7 +16,7 @@ import hydra
 from omegaconf import DictConfig
 
 from benchmarks.withheld.entrant import Entrant
-from benchmarks.withheld.job import answer
+from benchmarks.withheld.row import answer
 from benchmarks.withheld.table import rows_of
 from unmodelled.base.errors import BadInput
 

@@ -38,28 +38,16 @@ FAMILY, MISTAKEN = "parameter_error", 0.25
 
 @dataclass(frozen=True)
 class Case:
-    """A case whose files are made when they are needed.
-
-    Attributes:
-        name: name of the case.
-        kind: kind in the tables: null, single, pair, several, outside, number, wrong_logs, twin, real,
-            archive or field.
-        system: system file.
-        logs: log folder.
-        make: writes the files of the case if they are not there; default: does nothing.
-        apart: folder of truth.json and of the validation experiments; default none.
-        truth: right answer in words, for cases without truth.json; default "".
-        known: right answer of a measured machine; default None.
-    """
+    """A case whose files are made when they are needed."""
 
     name: str
-    kind: str
+    kind: str  # in the tables, see `table.KINDS`
     system: Path
     logs: Path
-    make: Callable[[], object] = lambda: None
-    apart: Path | None = None
-    truth: str = ""
-    known: KnownCase | None = None
+    make: Callable[[], object] = lambda: None  # writes the files of the case if they are not there
+    apart: Path | None = None  # folder of truth.json and of the validation experiments
+    truth: str = ""  # right answer in words, without truth.json
+    known: KnownCase | None = None  # right answer of a measured machine
 
     def digest(self) -> str:
         """Return the digest of the system file and the logs."""
@@ -68,15 +56,9 @@ class Case:
 
 
 def cases_of(word: str, folder: Path) -> list[Case]:
-    """Return the cases that a word names.
+    """Return the cases that a word names, made in folder/cases/<name> and folder/truth/<name>.
 
-    Args:
-        word: `planted:SEED:COUNT`, `further:SEED:COUNT`, `balance:SEED:COUNT`, `number:SEED:COUNT`,
-            `wrong_logs:SEED:COUNT`, `real:FOLDER` or `field:FOLDER`.
-        folder: folder in which cases/<name> and truth/<name> are made.
-
-    Raises:
-        BadInput: when the word names no cases.
+    The word is TRACK:SEED:COUNT for virtual machines, `real:FOLDER` or `field:FOLDER`.
     """
     track, _, rest = word.partition(":")
     virtual: dict[str, Callable[[int, int, Path], list[Case]]] = {
@@ -101,12 +83,6 @@ def planted(seed: int, count: int, folder: Path, shares: Mapping[str, int] = SHA
     """Return virtual machines with measurement chains, the kinds mixed so that any first part has all kinds.
 
     A seed has as many cases as the shares say, 24 by default; further ones have the next seed.
-
-    Args:
-        seed: seed of the first cases.
-        count: number of cases.
-        folder: folder of the cases.
-        shares: kinds of one seed with their numbers of cases.
     """
     found: list[Case] = []
     for k in range(-(-count // sum(shares.values()))):

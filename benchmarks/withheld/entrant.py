@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from resource import struct_rusage
@@ -24,19 +25,12 @@ PAUSE = 0.1
 
 @dataclass(frozen=True)
 class Run:
-    """A finished process.
+    """A finished process."""
 
-    Attributes:
-        cpu: user and system seconds of the process and its children.
-        memory: largest memory of one of them, MB.
-        wall: duration, s.
-        error: reason why there is no answer; "" if there is one.
-    """
-
-    cpu: float
-    memory: float
-    wall: float
-    error: str
+    cpu: float  # user and system seconds of the process and its children
+    memory: float  # largest of one of them, MB
+    wall: float  # s
+    error: str  # why there is no answer; "" if there is one
 
 
 @dataclass(frozen=True)
@@ -44,30 +38,18 @@ class Entrant:
     """A program that answers a case: `python <program> system=FILE logs=FOLDER out=FOLDER <words> -q`.
 
     It writes out/answer.json (see `score`), or out/diagnosis.json, which has the same entries.
-
-    Attributes:
-        name: name in the rows.
-        program: words after `python` that start it.
-        words: further words, such as a switch.
-        checkout: working tree whose packages it imports.
     """
 
-    name: str
-    program: tuple[str, ...] = ("-m", "unmodelled", "diagnose")
-    words: tuple[str, ...] = ()
-    checkout: Path = ROOT
+    name: str  # in the rows
+    program: tuple[str, ...] = ("-m", "unmodelled", "diagnose")  # words after `python`
+    words: tuple[str, ...] = ()  # further ones, such as a switch
+    checkout: Path = ROOT  # working tree whose packages it imports
 
     @classmethod
     def of(cls, word: str) -> Entrant:
         """Read a name of `METHODS` or `unmodelled`, NAME:SCRIPT.py, or NAME:CHECKOUT[+WORD...].
 
         The last one is the diagnosis of another working tree.
-
-        Args:
-            word: the text.
-
-        Raises:
-            BadInput: when there is no such entrant.
         """
         name, _, rest = word.partition(":")
         if not rest and name in METHODS:
@@ -91,14 +73,7 @@ class Entrant:
         return subprocess.run(call, capture_output=True, text=True).stdout.strip()
 
     def run(self, system: Path, logs: Path, out: Path, cap: float) -> Run:
-        """Answer in a fresh process of one numerical thread.
-
-        Args:
-            system: system file.
-            logs: log folder.
-            out: folder of the answer.
-            cap: CPU seconds after which the process is ended.
-        """
+        """Answer in a fresh process of one numerical thread, which is ended after `cap` CPU seconds."""
         words = f"system={system}", f"logs={logs}", f"out={out}", *self.words, "-q"
         call = [sys.executable, *self.program, *words]
         env = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": str(self.checkout)}
@@ -117,7 +92,9 @@ class Entrant:
             try:
                 code, used = _waited(process, start + PATIENCE * cap)
             finally:
-                _end(process)
+                # what the process left behind, and the process itself if the bench is interrupted
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
         cpu, wall = used.ru_utime + used.ru_stime, time.monotonic() - start
         unit = 1 if sys.platform == "darwin" else 1024
         error = "" if code == 0 else _reason(code, cpu, wall, cap, log.read_text())
@@ -134,14 +111,6 @@ def _waited(process: subprocess.Popen[bytes], end: float) -> tuple[int, struct_r
         if time.monotonic() > end:
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(PAUSE)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End what the process left behind, and the process itself if the bench is interrupted."""
-    try:
-        os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        return
 
 
 def _reason(code: int, cpu: float, wall: float, cap: float, told: str) -> str:

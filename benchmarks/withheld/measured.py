@@ -34,12 +34,7 @@ ARCHIVES = {
 
 
 def real(archives: Path, folder: Path) -> Iterator[Case]:
-    """Yield the measured machines of the project, and archives that bring system files and logs of their own.
-
-    Args:
-        archives: folder of published archives.
-        folder: folder of the cases.
-    """
+    """Yield the measured machines of the project, and archives that bring system files and logs."""
     for name, archive in ARCHIVES.items():
         machine, own = read_machine(ROOT / "systems" / name), folder / name
         data = Path(os.environ.get(machine.variable) or archives / archive)
@@ -95,21 +90,15 @@ def _right(text: str, system: str) -> str:
 
 
 def field(reports: Path, folder: Path) -> Iterator[Case]:
-    """Yield the inputs that every make.py of a folder writes; right answers come from its README.md.
-
-    Args:
-        reports: folder of folders with make.py.
-        folder: folder into which all of it is copied.
-    """
+    """Yield the inputs that every make.py of a folder writes; right answers come from its README.md."""
     if not folder.exists():
         folder.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(reports, folder, copy_function=shutil.copyfile)
         for path in (folder, *(p for p in folder.rglob("*") if p.is_dir())):
             path.chmod(0o755)
         for script in sorted(folder.glob("*/make.py")):
-            made = subprocess.run(
-                [sys.executable, script.name], cwd=script.parent, capture_output=True, text=True
-            )
+            call = [sys.executable, script.name]
+            made = subprocess.run(call, cwd=script.parent, capture_output=True, text=True)
             if made.returncode:
                 print(f"field: {script.parent.name}: {made.stderr.strip().splitlines()[-1]}", file=sys.stderr)
     rows = [line.split("|") for line in (folder / "README.md").read_text().splitlines()]

@@ -1,22 +1,25 @@
-"""One row of the benchmark: a case, the answer of an entrant, its cost, and its score."""
+"""One case of the benchmark and its row: the answer of an entrant, its cost, and its score."""
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from benchmarks.head_to_head import case as head_to_head
 from benchmarks.head_to_head.ours import FileParameters
-from benchmarks.withheld.case import Case
+from benchmarks.withheld.case import Case, cases_of
 from benchmarks.withheld.entrant import Entrant
 from benchmarks.withheld.score import ANSWER, NUMBERS, Row, read_answer, score, unanswered
+from benchmarks.withheld.table import rows_of
 from pipeline.chapters import real
 from pipeline.chapters.reported import read_told
 from pipeline.withheld.folders import TRUTH, VALIDATION
 from pipeline.withheld.judging import NAMING, Planted
 from pipeline.withheld.validation import gap_on
+from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.systems.reader import read_system
 
@@ -28,18 +31,12 @@ BEFORE = "before.json"
 
 
 def row(case: Case, entrant: Entrant, answers: Path, cap: float) -> Row:
-    """Answer a case in a fresh process, and return its row.
+    """Answer a case, whose files are there, in a fresh process of at most `cap` CPU seconds; return its row.
 
-    Args:
-        case: case, whose files are there.
-        entrant: program that answers.
-        answers: folder that keeps <case>/answer.json, the model and the log of the case.
-        cap: CPU seconds after which the case counts as unanswered.
-
-    Returns:
-        case, kind, entrant, revision, digest (of system file and logs), truth, cpu (s), wall (s), memory (MB)
-        and error ("" or the reason why there is no answer); with an answer what `score` says, effects (pairs
-        of family and place), gap and rank (of a diagnosis), and harmful.
+    It has case, kind, entrant, revision, digest (of system file and logs), truth, cpu (s), wall (s), memory
+    (MB) and error ("" or the reason why there is no answer); with an answer what `score` says, effects (pairs
+    of family and place), gap and rank (of a diagnosis), and harmful. `answers` keeps <case>/answer.json, the
+    model and the log.
     """
     answers.mkdir(parents=True, exist_ok=True)
     out = answers / case.name
@@ -161,3 +158,28 @@ def _harm(case: Case, out: Path, answer: Mapping[str, Any]) -> Row:
         "harmful": after >= before["gap"] if usable else None,
         "validation": {"reidentified": before["gap"], "augmented": after},
     }
+
+
+def answer(cases: str, number: int, entrant: Entrant, out: Path, cap: float = 300.0) -> Row | None:
+    """Write the row of a case, by its number among `cases`, and return it; None if it was there.
+
+    After `cap` CPU seconds the case counts as unanswered.
+    """
+    every = _drawn(cases, out)
+    if not 0 <= number < len(every):
+        raise BadInput(f"case: must be 0 to {len(every) - 1} of {cases}, got {number}")
+    case = every[number]
+    path = rows_of(out, entrant.name) / f"{case.name}.json"
+    if path.exists():
+        return None
+    case.make()
+    made = row(case, entrant, out / "answers" / entrant.name, cap)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_json(path, made)
+    return made
+
+
+@cache
+def _drawn(cases: str, out: Path) -> list[Case]:
+    """The cases, drawn once in a process that answers several."""
+    return cases_of(cases, out)

@@ -51,11 +51,7 @@ Z = 1.959964
 
 
 def read_answer(path: Path) -> Row:
-    """Read an answer, with what it may leave out.
-
-    Raises:
-        ValueError: when it is no answer; the text names file and entry.
-    """
+    """Read an answer, with what it may leave out; a ValueError names the file and entry of a fault."""
     try:
         found = json.loads(path.read_text())
         effects = [dict(effect) for effect in found.get("effects", [])]
@@ -109,9 +105,8 @@ def score(truth: Content, answer: Content) -> Row:
 
 def unanswered(truth: Content) -> Row:
     """Return what `score` says of no answer: nothing is named, and nothing is right."""
-    found = score(
-        truth, {"verdict": "unknown", "confidence": 0.0, "effects": [], "logs": [], "where": NOWHERE}
-    )
+    nothing = {"verdict": "unknown", "confidence": 0.0, "effects": [], "logs": [], "where": NOWHERE}
+    found = score(truth, nothing)
     asked = {key: None if found[key] is None else False for key in ASKED.values()}
     return {**found, **asked, "right": False, "brier": 0.0}
 
@@ -139,10 +134,8 @@ def share(values: Sequence[bool]) -> str:
     if not n:
         return ""
     p, square = k / n, Z**2 / n
-    middle, half = (
-        (p + square / 2) / (1 + square),
-        Z * math.sqrt(p * (1 - p) / n + square / (4 * n)) / (1 + square),
-    )
+    middle = (p + square / 2) / (1 + square)
+    half = Z * math.sqrt(p * (1 - p) / n + square / (4 * n)) / (1 + square)
     return f"{k} of {n}: {100 * p:.0f} % ({100 * max(middle - half, 0.0):.0f} to {100 * (middle + half):.0f})"
 
 
@@ -177,11 +170,7 @@ def _asked(rows: Sequence[Mapping[str, Any]], key: str) -> str:
 
 
 def main(words: Sequence[str]) -> None:
-    """Print the rates of a folder of answers.
-
-    Raises:
-        ValueError: when a word or a file cannot be used.
-    """
+    """Print the rates of a folder of answers."""
     given = dict(word.partition("=")[::2] for word in words)
     if {*given} != {"truth", "answers"}:
         raise ValueError("words: give truth=FOLDER and answers=FOLDER")

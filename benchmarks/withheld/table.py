@@ -49,31 +49,17 @@ tr {{border-bottom: 1px solid #8884; vertical-align: top}}
 
 
 def rows_of(out: Path, name: str) -> Path:
-    """Return the folder of the rows of an entrant.
-
-    Args:
-        out: folder of the benchmark.
-        name: name of the entrant.
-    """
+    """Return the folder of the rows of an entrant in the folder of the benchmark."""
     return out / "rows" / name
 
 
 def read_rows(folder: Path) -> dict[str, Row]:
-    """Return the rows of a folder by case.
-
-    Args:
-        folder: folder of an entrant's rows; may be missing.
-    """
+    """Return the rows of a folder by case; the folder may be missing."""
     return {path.stem: read_json(path) for path in sorted(folder.glob("*.json"))}
 
 
 def write_page(forms: Mapping[str, Rows], out: Path) -> None:
-    """Write index.html: rates of every entrant, rates by kind, and every case with links to its files.
-
-    Args:
-        forms: rows by case, by name of the entrant.
-        out: folder of the benchmark.
-    """
+    """Write index.html: rates of every entrant, rates by kind, and every case with links to its files."""
     every = {name: [*rows.values()] for name, rows in forms.items()}
     each = [summary(rows) for rows in every.values()]
     rates = [[lines[0][0], *(line[1] for line in lines)] for lines in zip(*each, strict=True)]
@@ -108,22 +94,17 @@ def _html(rows: Iterable[Sequence[str]]) -> str:
 
 
 def page(forms: Mapping[str, Rows]) -> str:
-    """Return all tables as Markdown: counts by kind, cost, paired differences, cases that differ.
+    """Return all tables of one or two forms as Markdown: counts by kind, cost, paired differences, changes.
 
     Only cases that every form has are compared.
-
-    Args:
-        forms: one or two forms: rows by case, by name of the form.
     """
     shared = [case for case in next(iter(forms.values())) if all(case in rows for rows in forms.values())]
     changed = [case for case in shared if len({rows[case]["digest"] for rows in forms.values()}) > 1]
     shared = [case for case in shared if case not in changed]
     compared = {name: [rows[case] for case in shared] for name, rows in forms.items()}
     lines = [f"# {' and '.join(forms)}: {len(shared)} cases", ""]
-    lines += [
-        f"- {name}: revision {', '.join(sorted({row['revision'] for row in rows}))}"
-        for name, rows in compared.items()
-    ]
+    revisions = {name: sorted({row["revision"] for row in rows}) for name, rows in compared.items()}
+    lines += [f"- {name}: revision {', '.join(each)}" for name, each in revisions.items()]
     lines += [f"- left out, because their files differ: {', '.join(changed)}"] if changed else []
     lines += ["", "## Answers by kind", "", *_table(_counts(compared))]
     lines += ["", "## Cost", "", *_table(_costs(compared))]
@@ -136,22 +117,15 @@ def page(forms: Mapping[str, Rows]) -> str:
 
 def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
     """Shares of all cases to which a question applies; without an answer, nothing is named."""
-    yield [
-        "kind",
-        "entrant",
-        "cases",
-        *COUNTED.values(),
-        "effects named",
-        "alone first",
-        "alone in 3",
-        "unanswered",
-    ]
+    more = "effects named", "alone first", "alone in 3", "unanswered"
+    yield ["kind", "entrant", "cases", *COUNTED.values(), *more]
     for kind in (*KINDS, "all"):
         for name, every in forms.items():
             rows = [row for row in every if kind in (row["kind"], "all")]
             if rows:
                 counts = [_share([_value(row, key) for row in rows]) for key in COUNTED]
-                counts += [_share([yes for row in rows for yes in _effects(row)])]
+                named = ((row.get("material_named", 0), row.get("material", 0)) for row in rows)
+                counts += [_share([k < found for found, every in named for k in range(every)])]
                 ranks = [rank for row in rows for rank in _ranks(row)]
                 counts += [_share([rank is not None and rank <= most for rank in ranks]) for most in (1, 3)]
                 yield [kind, name, str(len(rows)), *counts, str(sum(bool(row["error"]) for row in rows))]
@@ -171,12 +145,6 @@ def _ranks(row: Row) -> Sequence[int | None]:
         return [None] if row["kind"] == "single" else []
     ranks: Sequence[int | None] = row.get("rank", [])
     return [rank for rank, seen in zip(ranks, row.get("seen", [True] * len(ranks)), strict=True) if seen]
-
-
-def _effects(row: Row) -> Sequence[bool]:
-    """Whether each material effect is named, in any order."""
-    many, named = row.get("material", 0), row.get("material_named", 0)
-    return [k < named for k in range(many)]
 
 
 def _share(values: Sequence[bool | None]) -> str:
@@ -231,14 +199,7 @@ def _table(rows: Iterator[list[str]]) -> list[str]:
 
 
 def main(words: Sequence[str]) -> None:
-    """Write index.html of entrants, print the tables of the first two, and write them to compare_<names>.md.
-
-    Args:
-        words: names of entrants and out=FOLDER.
-
-    Raises:
-        BadInput: when a word cannot be used, or an entrant has no rows.
-    """
+    """Write index.html of entrants, and the tables of the first two to compare_<names>.md; print these."""
     given = dict(word.partition("=")[::2] for word in words if "=" in word)
     names = [word for word in words if "=" not in word]
     if {*given} != {"out"} or not names:

@@ -23,17 +23,11 @@ SPIKES, FROZEN = 0.003, 0.08
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of logs.
-
-    Attributes:
-        name: name of the fault.
-        decides: whether the right answer is to check the logs; otherwise it is safe to cure.
-        change: changes the tables of the runs, and returns the channels that a right answer may name.
-    """
+    """A fault of logs."""
 
     name: str
-    decides: bool
-    change: Plant
+    decides: bool  # the right answer is to check the logs; otherwise it is safe to cure
+    change: Plant  # changes the tables of the runs; returns channels that a right answer may name
 
     def plant(self, system: System, logs: Path, rng: np.random.Generator) -> list[str]:
         """Change the files of a log folder; return the channels that a right answer may name."""
@@ -59,10 +53,6 @@ def _scaled(system: System, runs: Runs, factor: float) -> list[str]:
 def _reversed(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
     """Of a symmetric machine, the sign of all outputs may be wrong as well."""
     return [*_scaled(system, runs, -1.0), *(o.name for o in system.outputs)]
-
-
-def _thousandths(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
-    return _scaled(system, runs, 1000.0)
 
 
 def _unit(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
@@ -123,7 +113,7 @@ def _frozen(system: System, runs: Runs, rng: np.random.Generator) -> list[str]:
 
 FAULTS = (
     Fault("reversed", True, _reversed),
-    Fault("thousandths", True, _thousandths),
+    Fault("thousandths", True, lambda system, runs, _: _scaled(system, runs, 1000.0)),
     Fault("unit", True, _unit),
     Fault("shifted", True, _shifted),
     Fault("clock", True, _clock),

@@ -26,12 +26,7 @@ COLUMNS = ("file", "read", "joints", "CPU seconds", "notes or refusal")
 
 
 def row(file: Path, name: str) -> tuple[str, ...]:
-    """Return what is said of a robot file.
-
-    Args:
-        file: MJCF or URDF file.
-        name: name of the file in the table.
-    """
+    """Return what is said of a robot file."""
     mine, other = multiprocessing.Pipe(duplex=False)
     process = multiprocessing.Process(target=_read, args=(file, other))
     process.start()
@@ -61,12 +56,7 @@ def _read(file: Path, connection: Connection) -> None:
 
 
 def main(folder: Path, out: Path) -> None:
-    """Write the table of the robot files of a folder.
-
-    Args:
-        folder: folder with robot files.
-        out: file of the table, tab-separated.
-    """
+    """Write the table, tab-separated, of the robot files of a folder."""
     files = sorted(file for kind in ("*.urdf", "*.xml") for file in folder.rglob(kind) if _is_robot(file))
     rows = []
     for file in files:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import yaml
 
 from docs.reference.docstrings import of
-from docs.reference.markdown import code, table, value
+from docs.reference.markdown import code, comment, table, value
 from pipeline.__main__ import PROGRAM
 
 #: Group -> description.
@@ -81,11 +80,8 @@ def _bases(entry: str | dict[str, str]) -> Iterator[str]:
 
 def _about(path: Path, content: dict[str, Any]) -> str:
     """Return the comment at the top of the file, or else the docstring of the most specific target in it."""
-    comment = re.match(r"((?:#.*\n)+)", path.read_text())
-    if comment:
-        return " ".join(line.lstrip("# ").rstrip() for line in comment[1].splitlines())
     inner = content.get("dynamics") or content.get("folds") or content
-    return of(inner["_target_"]).first
+    return comment(path) or of(inner["_target_"]).first
 
 
 def _targets(content: Any) -> Iterator[tuple[str, set[str]]]:

@@ -4,27 +4,30 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from unmodelled.cli.program import full_docstring
+
 ROOT = Path(__file__).parents[2]
 HEADING = re.compile(r"^(Args|Attributes|Class attributes|Examples|Raises|Returns|Yields):$", re.M)
+#: Base classes that document no method of a subclass.
+PLAIN = {"object", "ABC", "Protocol", "Generic", "NamedTuple", "Enum", "Exception"}
+#: Docstring of a method of a class that is not defined here, such as SymPy's Function.
+FOREIGN = "Documented by another library."
+
+Classes = dict[str, list[ast.ClassDef]]
 
 
 @dataclass(frozen=True)
 class Documented:
-    """Docstring and parameters of a function or class.
+    """Docstring and parameters of a function or class."""
 
-    Attributes:
-        text: text of the docstring before the first section.
-        sections: heading -> text of the section.
-        parameters: name -> annotation, of the arguments of a function or the fields of a dataclass.
-    """
-
-    text: str
-    sections: dict[str, str]
-    parameters: dict[str, str]
+    text: str  # before the first section
+    sections: dict[str, str]  # by heading
+    parameters: dict[str, str]  # annotations of arguments of a function or fields of a dataclass, by name
 
     @property
     def first(self) -> str:
@@ -47,14 +50,7 @@ class Documented:
 
 
 def of(target: str) -> Documented:
-    """Return the docstring of a function or class.
-
-    Args:
-        target: dotted path, such as the `_target_` of a configuration file.
-
-    Raises:
-        KeyError: when there is no such function or class.
-    """
+    """Return the docstring of a function or class by its dotted path, such as a `_target_`."""
     module, _, name = target.rpartition(".")
     path = ROOT / (module.replace(".", "/") + ".py")
     if not path.exists():  # what a package passes on
@@ -81,17 +77,43 @@ def _passed_on(path: Path, name: str) -> str:
 
 
 def _documented(node: ast.FunctionDef | ast.ClassDef) -> Documented:
-    parts = HEADING.split(ast.get_docstring(node) or "")
+    parts = HEADING.split(full_docstring(node))
     sections = {name: text.strip("\n") for name, text in zip(parts[1::2], parts[2::2], strict=True)}
     if isinstance(node, ast.FunctionDef):
         found = {a.arg: a.annotation for a in (*node.args.args, *node.args.kwonlyargs)}
     else:
-        found = {
-            n.target.id: n.annotation
-            for n in node.body
-            if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
-        }
+        fields = [n for n in node.body if isinstance(n, ast.AnnAssign)]
+        found = {ast.unparse(n.target): n.annotation for n in fields}
         inits = (n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__")
         found |= {a.arg: a.annotation for init in inits for a in init.args.args if a.arg != "self"}
     parameters = {name: ast.unparse(a) if a is not None else "" for name, a in found.items()}
     return Documented(parts[0].strip(), sections, parameters)
+
+
+def classes(trees: Iterable[ast.Module]) -> Classes:
+    """Return the classes of some modules by name; several modules may use a name."""
+    found: Classes = {}
+    for tree in trees:
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(node)
+    return found
+
+
+def docstring(node: ast.FunctionDef | ast.ClassDef, owner: ast.ClassDef | None, known: Classes) -> str:
+    """Return the docstring of a node, or for a method without one the docstring of the overridden method.
+
+    It is empty if there is none, `FOREIGN` if the overridden method may be of another library.
+    """
+    own = ast.get_docstring(node) or ""
+    if own or owner is None or isinstance(node, ast.ClassDef):
+        return own
+    names = [ast.unparse(base).split("[")[0] for base in owner.bases]
+    for name in (each for each in names if each not in PLAIN):
+        if name not in known:
+            return FOREIGN
+        for base in known[name]:
+            methods = (n for n in base.body if isinstance(n, ast.FunctionDef) and n.name == node.name)
+            if text := docstring(next(methods, node), base, known):
+                return text
+    return ""

@@ -25,6 +25,7 @@ EXAMPLES = (
     "tests/physics/effects/cell.yaml",
     "systems/coupling.yaml",
 )
+COLUMNS = ("variant", "description", "place", "law", "parameters", "complexity")
 HEAD = """# Effects
 
 This page lists the effects that a model may leave out: {count} laws in {families} families. `diagnose` tries
@@ -50,13 +51,9 @@ def page() -> str:
     index = ", ".join(f"[{name}](#{name})" for name in families)
     head = HEAD.format(count=len(every), families=len(families)) + index + "\n"
     ordered = sorted(every, key=lambda e: families.index(e.family))
-    return "\n".join([head, *(_section(f, list(own)) for f, own in groupby(ordered, lambda e: e.family))])
-
-
-def _section(family: str, own: list[Effect]) -> str:
-    rows = [_row(effect) for effect in own]
-    head = ("variant", "description", "place", "law", "parameters", "complexity")
-    return f"## {family}\n\n{table(head, rows)}"
+    groups = groupby(ordered, lambda effect: effect.family)
+    sections = [f"## {family}\n\n{table(COLUMNS, map(_row, own))}" for family, own in groups]
+    return "\n".join([head, *sections])
 
 
 def _row(effect: Effect) -> tuple[str, ...]:

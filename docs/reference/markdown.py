@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 import yaml
 
@@ -18,6 +20,12 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def code(text: object) -> str:
     """Return the text in backticks."""
     return f"`{text}`" if str(text) else ""
+
+
+def comment(path: Path) -> str:
+    """Return the comment at the top of a YAML file on one line; empty if there is none."""
+    found = re.match(r"((?:#.*\n)+)", path.read_text())
+    return " ".join(line.lstrip("# ").rstrip() for line in found[1].splitlines()) if found else ""
 
 
 def value(content: object) -> str:

@@ -14,17 +14,11 @@ MAY, NONE = "May import: ", "none"
 
 
 class Room(NamedTuple):
-    """A folder directly below the library, as its `__init__` describes it.
-
-    Attributes:
-        name: name of the folder.
-        contains: sentences on the contents of the room, one paragraph.
-        imports: names of the rooms that it may import.
-    """
+    """A folder directly below the library, as its `__init__` describes it."""
 
     name: str
-    contains: str
-    imports: tuple[str, ...]
+    contains: str  # one paragraph
+    imports: tuple[str, ...]  # rooms that it may import
 
 
 def rooms() -> list[Room]:

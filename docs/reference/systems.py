@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from docs.reference.docstrings import ROOT
-from docs.reference.markdown import code, table
+from docs.reference.markdown import code, comment, table
 from pipeline.chapters.known import FILE
 from unmodelled.systems.operations import FUNCTIONS, Operation
 from unmodelled.systems.reader import read_system
@@ -60,12 +59,7 @@ def _row(path: Path) -> tuple[str, ...]:
     ports = ", ".join(f"{code(port.name)} ({port.unit})" for port in system.ports)
     uncertain = ", ".join(map(code, system.uncertain))
     place = path.relative_to(ROOT).as_posix()
-    return f"[{place}](../../{place})", _comment(path), *names, ports, uncertain
-
-
-def _comment(path: Path) -> str:
-    found = re.match(r"((?:#.*\n)+)", path.read_text())
-    return " ".join(line.lstrip("# ").rstrip() for line in found[1].splitlines()) if found else ""
+    return f"[{place}](../../{place})", comment(path), *names, ports, uncertain
 
 
 def _arguments(function: Operation) -> str:

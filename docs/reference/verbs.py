@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from docs.reference.docstrings import Documented, of
+from docs.reference.docstrings import of
 from docs.reference.markdown import code, table, value
 from pipeline.__main__ import CONF, PROGRAM
 
@@ -25,22 +25,18 @@ def page() -> str:
 def _section(verb: str, line: str) -> str:
     found = of(PROGRAM.target(verb))
     config = yaml.safe_load(PROGRAM.config(verb).read_text())
-    chosen = {
-        group: name for d in config.get("defaults", []) if isinstance(d, dict) for group, name in d.items()
-    }
+    defaults = [entry for entry in config.get("defaults", []) if isinstance(entry, dict)]
+    chosen = {group: name for entry in defaults for group, name in entry.items()}
     meanings = found.meanings()
     rows = [
         (code(name), _default(verb, name, kind, config, chosen), meanings.get(name, ""))
         for name, kind in found.parameters.items()
     ]
-    parts = [
-        f"## {verb}\n",
-        f"{line}\n",
-        f"{_joined(found.text)}\n",
-        table(("key", "default", "meaning"), rows),
-    ]
+    head = f"## {verb}\n\n{line}\n\n{_joined(found.text)}\n"
+    parts = [head, table(("key", "default", "meaning"), rows)]
     if "Raises" in found.sections:
-        parts.append(f"Refused: {_refused(found)}\n")
+        refused = " ".join(found.sections["Raises"].split()).removeprefix("BadInput: ")
+        parts.append(f"Refused: {refused}\n")
     return "\n".join(parts)
 
 
@@ -55,11 +51,6 @@ def _default(verb: str, name: str, kind: str, config: dict[str, Any], chosen: di
     if isinstance(content, dict) and len(str(content)) > 80:
         return f"see [{verb}.yaml](../../{PROGRAM.config(verb).relative_to(CONF.parent)})"
     return code(value(content))
-
-
-def _refused(found: Documented) -> str:
-    text = " ".join(found.sections["Raises"].split())
-    return text.removeprefix("BadInput: ")
 
 
 def _joined(text: str) -> str:

@@ -18,9 +18,9 @@ from unmodelled.cli.verbs.plan import plan as plan_verb
 from unmodelled.design.limits import Limits, Range, far_from_logs, read_limits
 from unmodelled.design.plan_content import _effect, _size, effects_table
 from unmodelled.design.planned import default_inputs, read_inputs
+from unmodelled.design.runs import write_experiment
 from unmodelled.design.signals import FAMILIES
 from unmodelled.design.visible import Visible
-from unmodelled.design.written import write_experiment
 from unmodelled.effects.actuator_offset import ActuatorOffset
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread

@@ -13,7 +13,8 @@ import pandas as pd
 import pytest
 
 from tests.machines.folders import Array, motion, read_case, system_of, text_of, write_runs
-from unmodelled.api.next_experiment import NextExperiment, planned
+from unmodelled.api.answer import Answer
+from unmodelled.api.next_experiment import NextExperiment, next_experiment
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
 from unmodelled.design.checked import check_answer
@@ -71,7 +72,8 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def proposed(case: Path, seed: int = 0, limits: Path | None = None, **changed: Any) -> NextExperiment:
     answer = {**json.loads((case / "answer" / "diagnosis.json").read_text()), **changed}
-    return planned(*read_case(case), answer, limits or case / "limits.yaml", seed)
+    given = Answer(case, answer, read_case(case))
+    return next_experiment(given, limits or case / "limits.yaml", seed)
 
 
 @pytest.fixture(scope="module")
@@ -250,8 +252,8 @@ def test_an_edit_is_named(
 def test_a_number_that_an_edit_left_plausible_is_designed_with(
     case: Path, answer: dict[str, Any], key: str, value: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("unmodelled.design.search.GENERATIONS", 0)
-    monkeypatch.setattr("unmodelled.design.search.REFINED", 0)
+    monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 0)
+    monkeypatch.setattr("unmodelled.design.design.REFINED", 0)
     answer["effects"][0]["parameters"]["F"][key] = value if key == "value" else [value, 1.0]
     assert np.isfinite(proposed(case, **answer).odds["proposed"]).all()
 

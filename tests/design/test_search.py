@@ -11,8 +11,8 @@ import pytest
 
 from tests.machines.folders import Array
 from unmodelled.design.criterion import Criterion
+from unmodelled.design.design import best_experiment
 from unmodelled.design.limits import Limits, Range
-from unmodelled.design.search import best_experiment
 from unmodelled.design.signals import references
 
 WRITTEN = (Range(-3.0, 5.0, 400.0), Range(-1.0, 1.0))
@@ -38,8 +38,8 @@ class Needle:
 def test_no_proposal_is_worth_less_than_what_it_is_compared_with(
     reference: str, amplitude: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("unmodelled.design.search.GENERATIONS", 1)
-    monkeypatch.setattr("unmodelled.design.search.REFINED", 1)
+    monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 1)
+    monkeypatch.setattr("unmodelled.design.design.REFINED", 1)
     target = references(LIMITS, 4)[reference][amplitude]
     found = best_experiment(cast(Criterion, cast(Any, Needle(target))), 4, lambda _: None)
     assert found.score == 1.0

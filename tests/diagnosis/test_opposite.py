@@ -12,7 +12,7 @@ import pytest
 from tests.diagnosis.studies import HORIZON, judged
 from tests.machines.folders import Array, diagnosed, motion, only_effect, recorded, system_of, text_of
 from unmodelled.api.diagnosis import diagnose
-from unmodelled.api.next_experiment import planned
+from unmodelled.api.next_experiment import next_experiment
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.opposite import opposite_ports, with_ports_between
@@ -95,8 +95,7 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     assert number["value"] == pytest.approx(0.12, rel=0.03)
     # the file of the machine has no such port; the experiment to make next is designed with it
     (tmp_path / "limits.yaml").write_text("duration: 0.5\ninputs: {u: {low: -1, high: 1}}\n")
-    given = found.model.system, found.model.logs, answer.content
-    assert planned(*given, tmp_path / "limits.yaml", 0).table()["u"].abs().max() <= 1.0
+    assert next_experiment(answer, tmp_path / "limits.yaml").table()["u"].abs().max() <= 1.0
     assert any("equal and opposite efforts" in note for note in answer.notes)
 
 

@@ -30,7 +30,7 @@ from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.logs.preparation import prepare
-from unmodelled.report.robot_tables import robot_sentence
+from unmodelled.report.diagnosis_tables import robot_sentence
 from unmodelled.systems.model import System
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import numbers

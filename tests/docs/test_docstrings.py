@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from docs.inherited import Classes, classes, docstring
+from docs.reference.docstrings import Classes, classes, docstring
+from unmodelled.cli.program import full_docstring
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("unmodelled", "pipeline")
@@ -57,6 +58,7 @@ class Documented:
     name: str
     node: ast.FunctionDef | ast.ClassDef
     owner: ast.ClassDef | None
+    source: tuple[str, ...] = ()  # lines of the file
 
     @property
     def is_complete(self) -> bool:
@@ -72,7 +74,7 @@ class Documented:
 
     @property
     def text(self) -> str:
-        return ast.get_docstring(self.node) or ""
+        return full_docstring(self.node)
 
     @property
     def is_property(self) -> bool:
@@ -136,17 +138,21 @@ def _arguments(node: ast.FunctionDef) -> dict[str, str]:
 
 @cache
 def public(path: Path) -> list[Documented]:
-    found = list(_public(ast.parse(path.read_text()).body, None, path.relative_to(ROOT).as_posix()))
+    text = path.read_text()
+    lines = tuple(text.splitlines())
+    found = list(_public(ast.parse(text).body, None, path.relative_to(ROOT).as_posix(), lines))
     return [each for each in found if not ("figures" in path.parts and _is_captioned(each.node))]
 
 
-def _public(body: list[ast.stmt], owner: ast.ClassDef | None, prefix: str) -> Iterator[Documented]:
+def _public(
+    body: list[ast.stmt], owner: ast.ClassDef | None, prefix: str, source: tuple[str, ...]
+) -> Iterator[Documented]:
     for node in body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
-            found = Documented(f"{prefix}: {node.name}", node, owner)
+            found = Documented(f"{prefix}: {node.name}", node, owner, source)
             if isinstance(node, ast.ClassDef):
                 yield found
-                yield from _public(node.body, node, found.name)
+                yield from _public(node.body, node, found.name, source)
             elif found.text or not docstring(node, owner, _classes()):
                 yield found
 
@@ -171,7 +177,7 @@ def faults(found: Documented) -> list[str]:
     first = re.sub(r"\W", "", found.text.split()[0]).lower()
     if first in (FRAGMENTS if isinstance(found.node, ast.ClassDef) or found.is_property else NOT_VERBS):
         lines.append(f"{name}: the summary begins with {first!r}: begin with a verb, for a class with a noun")
-    if not found.is_complete and isinstance(found.node, ast.FunctionDef):
+    if not found.is_complete:
         return [*lines, *_of_inside(found)]
     lines += [f"{name}: Args do not name {each}" for each in parameters if each not in said]
     if isinstance(found.node, ast.FunctionDef):
@@ -193,15 +199,30 @@ def faults(found: Documented) -> list[str]:
 
 
 def _of_inside(found: Documented) -> list[str]:
-    """What is too much, or lacking, of a function that only the program uses."""
-    arrays = [each for each, kind in found.parameters().items() if ARRAYS.search(kind)]
-    returned = getattr(found.node, "returns", None)
+    """What is too much, or lacking, of a function or class that only the program uses."""
     lines = []
-    if found.section("Args", "Returns", "Yields", "Raises"):
-        lines.append(f"{found.name}: say what the name does not in a summary, with the shapes of arrays")
-    if (arrays or (returned is not None and ARRAYS.search(ast.unparse(returned)))) and "(" not in found.text:
+    if found.section("Args", "Attributes", "Returns", "Yields", "Raises"):
+        lines.append(
+            f"{found.name}: say what names do not in the summary or beside a field, with shapes of arrays"
+        )
+    if isinstance(found.node, ast.ClassDef):
+        return [*lines, *(f"{found.name}: the array {each} has no shape" for each in _without_shape(found))]
+    kinds = [*found.parameters().values(), ast.unparse(found.node.returns) if found.node.returns else ""]
+    if any(map(ARRAYS.search, kinds)) and "(" not in found.text:
         lines.append(f"{found.name}: the docstring has no shape of its arrays")
     return lines
+
+
+def _without_shape(found: Documented) -> Iterator[str]:
+    """Array fields of a class whose shape stands neither beside them nor in the docstring of the class."""
+    for each in found.node.body:
+        if isinstance(each, ast.AnnAssign) and ARRAYS.search(ast.unparse(each.annotation)):
+            beside = "".join(found.source[each.lineno - 1 : each.end_lineno])
+            above = found.source[each.lineno - 2] if each.lineno > 1 else ""
+            told = beside.partition("#")[2] + (above if above.strip().startswith("#") else "")
+            name = ast.unparse(each.target)
+            if not name.startswith("_") and "(" not in found.text and not re.search(r"\(|scalar", told):
+                yield name
 
 
 def test_docstrings_are_complete() -> None:

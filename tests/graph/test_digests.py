@@ -168,7 +168,7 @@ def test_what_a_verb_loads_is_part_of_its_digests(
 
 def _pages() -> set[str]:
     """Modules that write down what a fit has learned, and those that these need."""
-    pages = ["api.learned_laws", "report.training_page", "report.figures.learned"]
+    pages = ["api.learned_laws", "report.result_pages", "report.figures.results"]
     pages = [f"unmodelled.{name}" for name in pages]
     code = f"import sys, {', '.join(pages)}; print(*sys.modules)"
     return {name for name in python("-c", code).stdout.split() if name.split(".")[0] == "unmodelled"}

@@ -41,10 +41,11 @@ def diagnose(
             the column `experiment`); a record that is alone is cut into several.
         horizon: length of the free-run windows, s; default: from the logs, see
             `unmodelled.diagnosis.data.persistence.default_horizon`.
-        seed: seed of the random generators; the same seed gives the same answer; default 0.
+        seed: seed of the random generators; the same seed gives the same answer on one kind of processor;
+            default 0.
         workers: number of threads; default: one per core.
         laws: laws of your own that are tried beside those of the library (`Law`), or the path of a file of
-            them; default none.
+            them (laws/1); default none.
         options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
             answer says which were changed.
 

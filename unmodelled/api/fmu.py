@@ -18,7 +18,7 @@ from unmodelled.systems.writer import write_system
 SCRIPT = Path(__file__).parents[1] / "engine" / "fmu" / "machine.py"
 
 
-def write_fmu(system: SystemGiven, path: Path | str) -> None:
+def write_fmu(system: SystemGiven, path: Path | str) -> System:
     """Write a system as a Functional Mock-up Unit (FMI 3.0, co-simulation).
 
     Inputs and outputs of the FMU are those of the system, in SI units. Its parameters are the parameters of
@@ -32,6 +32,9 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         system: system to write, the path of its file, or a result that has one, such as an answer.
         path: file of the FMU, `machine.fmu`; replaced where it exists.
 
+    Returns:
+        The system in the FMU.
+
     Raises:
         BadInput: when the extra `fmu` is not installed, the path does not end in `.fmu`, two variables of the
             FMU have the same name, the system of the answer is not offered, a number is impossible, the FMU
@@ -43,46 +46,30 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         >>> from tempfile import TemporaryDirectory
         >>> system, _ = um.example("pendulum")
         >>> with TemporaryDirectory() as folder:
-        ...     um.write_fmu(system, f"{folder}/pendulum.fmu")
+        ...     _ = um.write_fmu(system, f"{folder}/pendulum.fmu")
         ...     "modelDescription.xml" in zipfile.ZipFile(f"{folder}/pendulum.fmu").namelist()
         True
     """
-    written_fmu(system, Path(path))
-
-
-def written_fmu(given: SystemGiven, path: Path) -> System:
-    """Write a system as `write_fmu` says, and return it.
-
-    Args:
-        given: system to write, the path of its file, or a result that has one.
-        path: file of the FMU.
-
-    Returns:
-        The system in the FMU.
-
-    Raises:
-        BadInput: see `write_fmu`.
-    """
-    system = system_of(given)
-    for sentence in getattr(given, "refused", ()):
+    path, known = Path(path), system_of(system)
+    for sentence in getattr(system, "refused", ()):
         if sentence.startswith(FILE):
             raise BadInput(f"{path} was not written: {sentence}")
     if path.suffix != ".fmu":
         raise BadInput(f"{path}: the name of an FMU must end in .fmu, for example {path.stem}.fmu")
     if find_spec("pythonfmu3") is None:
         raise BadInput('an FMU needs the extra fmu: pip install "unmodelled[fmu]"')
-    names = {str(symbol) for symbol in (*system.u, *system.p, *system.c)} | {y.name for y in system.outputs}
-    taken = [f"start_{s.name}" for s in system.states if f"start_{s.name}" in names]
+    names = {str(symbol) for symbol in (*known.u, *known.p, *known.c)} | {y.name for y in known.outputs}
+    taken = [f"start_{s.name}" for s in known.states if f"start_{s.name}" in names]
     if taken:
-        raise BadInput(f"{system.place}: {taken[0]}: the FMU has an initial state of that name: rename it")
+        raise BadInput(f"{known.place}: {taken[0]}: the FMU has an initial state of that name: rename it")
     from pythonfmu3.builder import FmuBuilder
 
     with TemporaryDirectory() as folder, replacing(path) as temporary:
         model = Path(folder, "model")
         model.mkdir()
-        write_system(system, model / "system.yaml")
+        write_system(known, model / "system.yaml")
         built = FmuBuilder.build_FMU(SCRIPT, Path(folder, "fmu"), [model])
-        if reason := reason_against_fmu(system, Path(built)):
+        if reason := reason_against_fmu(known, Path(built)):
             raise BadInput(f"{path} was not written: {reason}")
         shutil.move(built, temporary)
-    return system
+    return known

@@ -59,20 +59,17 @@ def law_of(system: System, logs: Logs, name: str, at: Site, efforts: pd.DataFram
         efforts: efforts at some samples, by number of the sample, with the column id.
     """
     rows, port = efforts.index.to_numpy(), system.port(at.place.name)
-    values = numpy_system_function(
-        system, [system.expression(n) for n in port.coordinates], efforts_zero=True
-    )
+    expressions = [system.expression(name) for name in port.coordinates]
+    values = numpy_system_function(system, expressions, efforts_zero=True)
     here = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
-    columns = dict(
-        zip(port.coordinates, values(*here, np.array(system.values), logs.c[logs.owner[rows]]).T, strict=True)
-    )
+    found = values(*here, np.array(system.values), logs.c[logs.owner[rows]])
+    columns = dict(zip(port.coordinates, found.T, strict=True))
     nothing = np.zeros(len(rows))
     x, v = (columns.get(n or "", nothing) for n in (port.position, port.velocity))
     angle = port.position in {state.name for state in system.states if state.unit == "rad"}
     effort = efforts[name].to_numpy(np.float64)
-    form = closed_form(
-        x, v, effort, logs.owner[rows], (port.position or "x", port.velocity or "v"), angle=angle
-    )
+    names = port.position or "x", port.velocity or "v"
+    form = closed_form(x, v, effort, logs.owner[rows], names, angle=angle)
     formula = form(x, v)
     samples = pd.DataFrame(
         {
@@ -115,15 +112,13 @@ def with_formula(system: System, law: LearnedLaw) -> System:
         name = number(f"c{k}", _unit(term, law), value)
         text = term.text(port.position or "x", port.velocity or "v", **scales)
         own = {n: Value(symbol(n)) for n in scales.values()}
-        total += (
-            symbol(name) * evaluate(text, replace(scope, values={**scope.values, **own}), name).expression
-        )
+        known = replace(scope, values={**scope.values, **own})
+        total += symbol(name) * evaluate(text, known, name).expression
         written.append(name if text == "1" else f"{name}*{text}")
     if not added:
         return system
-    return with_law(
-        replace(system, parameters=(*system.parameters, *added)), port, total, " + ".join(written)
-    )
+    grown = replace(system, parameters=(*system.parameters, *added))
+    return with_law(grown, port, total, " + ".join(written))
 
 
 def _unit(term: Term, law: LearnedLaw) -> str:

@@ -95,7 +95,7 @@ class LearnedLaws:
         Raises:
             BadInput: when there is no such network, or no law at all.
         """
-        from unmodelled.report.figures.learned import learned_law  # loads matplotlib
+        from unmodelled.report.figures.results import learned_law  # loads matplotlib
         from unmodelled.report.figures.tables import printed
 
         self._check()
@@ -122,9 +122,9 @@ class LearnedLaws:
         """
         self._check()
         # load matplotlib and the templates
-        from unmodelled.report.figures.learned import losses
+        from unmodelled.report.figures.results import losses
         from unmodelled.report.figures.style import svg
-        from unmodelled.report.training_page import write_training_page
+        from unmodelled.report.result_pages import write_training_page
 
         sources = {"system": self.fit.system.source, "logs": self.logs.source}
         with writing("train", Path(folder), sources), extending_folder(Path(folder)) as new:
@@ -178,10 +178,8 @@ class LearnedLaws:
 
 def _errors(known: Off, formulas: Off) -> dict[str, Any]:
     """Errors of an output, and beside them those in the unit of its column where that is another one."""
-    found = {
-        **{"unit": known.unit, "known": known.at_horizon},
-        **{"formulas": formulas.at_horizon, "formulas_whole_run": formulas.whole_run},
-    }
+    found = {"unit": known.unit, "known": known.at_horizon}
+    found |= {"formulas": formulas.at_horizon, "formulas_whole_run": formulas.whole_run}
     shown = known.as_logged
     return found if shown.unit == known.unit else {**found, "shown": _errors(shown, formulas.as_logged)}
 
@@ -223,9 +221,8 @@ def learned_laws(fit: Fit, logs: Logs) -> LearnedLaws:
     for network in fit.model.structure.networks:
         name, port = network.label or network.port, fit.system.port(network.port)
         if {*network.inputs} <= {fit.system.expression(n) for n in port.coordinates}:
-            laws.append(
-                law_of(fit.system, logs, name, site(fit.system, Place("port", port.name), scales), efforts)
-            )
+            at = site(fit.system, Place("port", port.name), scales)
+            laws.append(law_of(fit.system, logs, name, at, efforts))
         else:
             notes.append(f"{name}: not written down, its inputs are not those of the port {port.name}")
     return LearnedLaws(fit, logs, tuple(laws), tuple(notes))

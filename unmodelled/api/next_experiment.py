@@ -18,10 +18,8 @@ from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
 from unmodelled.design.content import content, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
-from unmodelled.design.written import write_experiment
+from unmodelled.design.runs import write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import System
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +66,7 @@ class NextExperiment:
 
     def plot(self) -> Figure:
         """Draw the inputs, and the outputs that every model predicts."""
-        from unmodelled.report.figures.next_experiment import next_experiment as drawn  # loads matplotlib
+        from unmodelled.report.figures.results import next_experiment as drawn  # loads matplotlib
         from unmodelled.report.figures.style import verbatim
 
         with verbatim():
@@ -114,10 +112,10 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
 
     Args:
         answer: answer of a diagnosis, also one that `read_answer` has read.
-        limits: YAML file with `duration`, `inputs` and, as needed, `travel`, `start`, `operating_point` and
-            `period`, all in the units of the columns in the system file, see
-            `unmodelled.design.limits.read_limits`.
-        seed: seed of the search; the same seed gives the same experiment; default 0.
+        limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
+            `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
+            `period` (s); all in the units of the columns in the system file (mA, degC, %), rates per second.
+        seed: seed of the search; the same seed gives the same experiment on one kind of processor; default 0.
 
     Returns:
         The experiment, with what every model predicts and a chirp and random levels to compare with.
@@ -139,22 +137,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
         >>> found.table().columns.tolist(), bool(found.table()["torque"].abs().max() <= 0.5)
         (['t', 'torque'], True)
     """
-    return planned(*answer.inputs(), answer.content, Path(limits), seed)
-
-
-def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path, seed: int) -> NextExperiment:
-    """Design the next experiment from the content of diagnosis.json, see `next_experiment`.
-
-    Args:
-        system: system of the diagnosis.
-        logs: logs of the diagnosis.
-        answer: content of diagnosis.json.
-        limits: file of the limits.
-        seed: seed of the search.
-
-    Raises:
-        BadInput: when system, logs, answer, limits or seed cannot be used together.
-    """
+    system, logs = answer.inputs()
     check_seed(seed)
     sources = {"system": system.source, "logs": logs.source, "limits": str(limits)}
-    return NextExperiment(design(system, logs, answer, limits, seed, say), sources)
+    return NextExperiment(design(system, logs, answer.content, Path(limits), seed, say), sources)

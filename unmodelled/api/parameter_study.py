@@ -111,10 +111,8 @@ class ParameterStudy:
         return "\n".join([*lines, "", *advice, "", *notes])
 
     def _repr_html_(self) -> str:
-        tables = {
-            "Sensitivity": self.sensitivity,
-            "Sets of parameters, the best first": self.table().head(SHOWN),
-        }
+        sets = self.table().head(SHOWN)
+        tables = {"Sensitivity": self.sensitivity, "Sets of parameters, the best first": sets}
         return shown(f"Identifiability of {self.system.name}", self.advice, tables)
 
     def _content(self) -> dict[str, Any]:

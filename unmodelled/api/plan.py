@@ -19,9 +19,8 @@ from unmodelled.base.progress import say
 from unmodelled.design.limits import Limits, read_limits
 from unmodelled.design.plan_content import effects_table, plan_content, plan_lines
 from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
-from unmodelled.design.runs import frame
+from unmodelled.design.runs import DIGITS, frame, write_experiment
 from unmodelled.design.visible import Alike, Visible, alike, visible
-from unmodelled.design.written import DIGITS, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
@@ -101,12 +100,14 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
 
     Args:
         system: known physics, or the path of its file; parameters marked `identify` are re-fitted.
-        limits: YAML file with `duration`, `period`, `inputs`, `noise` (standard deviation of outputs) and as
-            needed `travel`, `start` and `operating_point`, all in the units of the columns in the system
-            file, see `unmodelled.design.limits.read_limits`.
+        limits: YAML file with `duration` and `period` (s), `inputs` (`low`, `high`, `rate` per second),
+            `noise` (standard deviation of every output) and, as needed, `travel` (`low`, `high`, `speed` of
+            states, outputs or signals), `start` and `operating_point`; all in the units of the columns in
+            the system file (mA, degC, %), rates per second.
         inputs: CSV file with t (s) and the columns of the inputs, or a folder with such files, which must
             keep the limits; default: two experiments of each of five families of signals within the limits.
-        seed: seed of the experiments and of the noise; default 0.
+        seed: seed of the experiments and of the noise; the same seed gives the same files on one kind of
+            processor; default 0.
 
     Returns:
         The effects with the sizes from which they show, and the pairs that would look alike.
@@ -137,9 +138,8 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
         )
     bounds = read_limits(Path(limits), system)
     say("choose the experiments")
-    chosen = (
-        default_inputs(system, bounds, seed) if inputs is None else read_inputs(Path(inputs), system, bounds)
-    )
+    given = None if inputs is None else read_inputs(Path(inputs), system, bounds)
+    chosen = given or default_inputs(system, bounds, seed)
     logs = simulated_logs(chosen, system, bounds, seed)
     say("compute what every effect changes")
     found = visible(system, logs, np.array([bounds.noise[output.name] for output in system.outputs]))

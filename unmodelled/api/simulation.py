@@ -104,11 +104,8 @@ class Simulation:
         simulated; a simulated value that diverged is cut ten standard deviations from the measured one.
         """
         logs, run = self.logs, self.gap.run
-        columns: dict[str, Any] = {
-            "experiment": np.array(logs.ids)[logs.owner],
-            "t": logs.t,
-            "window": run.window,
-        }
+        columns: dict[str, Any] = {"experiment": np.array(logs.ids)[logs.owner], "t": logs.t}
+        columns["window"] = run.window
         for j, name in enumerate(logs.outputs):
             columns |= {f"{name}_measured": logs.y[:, j], f"{name}_simulated": run.y[:, j]}
         chosen = np.isin(logs.owner, self.runs)
@@ -124,7 +121,7 @@ class Simulation:
             BadInput: when the experiment was not simulated.
         """
         # load matplotlib
-        from unmodelled.report.figures.free_run import measured_and_simulated
+        from unmodelled.report.figures.results import measured_and_simulated
         from unmodelled.report.figures.style import verbatim
 
         name = self.worst if experiment is None else experiment
@@ -151,7 +148,7 @@ class Simulation:
         """
         # load matplotlib and the templates
         from unmodelled.report.figures.style import svg, verbatim
-        from unmodelled.report.simulation_page import write_simulation_page
+        from unmodelled.report.result_pages import write_simulation_page
 
         sources = {"system": self.system.source, "logs": self.logs.source}
         with verbatim(), writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:

@@ -31,9 +31,9 @@ def write_page(
         BadInput: when the file cannot be written.
     """
     # load matplotlib and the templates
+    from unmodelled.report.figures.results import observations, profile_likelihoods
     from unmodelled.report.figures.style import svg
-    from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
-    from unmodelled.report.uncertainty_page import write_uncertainty_page
+    from unmodelled.report.result_pages import write_uncertainty_page
 
     best = found.most_likely
     figures = {
@@ -42,15 +42,12 @@ def write_page(
     }
     rows = found.estimates.to_dict("records")
     if system is None or logs is None:
-        write_uncertainty_page(folder, found.content, rows, figures)
+        write_uncertainty_page(folder, found.content, rows, figures, None, None)
         return
     known, measured = read_inputs(system, logs)
-    means = {
-        p.name: p.value * best[f"mu_{k}"]
-        for k, name in enumerate(found.content["parameters"], start=1)
-        for p in known.parameters
-        if p.name == name and f"mu_{k}" in best
-    }
+    mean_of = {name: f"mu_{k}" for k, name in enumerate(found.content["parameters"], start=1)}
+    scattered = [p for p in known.parameters if mean_of.get(p.name) in best]
+    means = {p.name: p.value * best[mean_of[p.name]] for p in scattered}
     run, mean = simulate(known, measured), known.with_values(means)
     live = simulated(known, measured, run.runs, run.horizon, run.gap)
     live["identified"] = values_of(list(mean.values), mean, measured)

@@ -97,12 +97,9 @@ def _check_word(program: Program, verb: str, word: str) -> None:
 
 def quoted(name: str, text: str) -> str:
     """Return a word of a command line that gives a key any text: in quotes for Hydra, and for the shell."""
-    word = f"{name}='{_escaped(text)}'"
+    escaped = text.replace("\\", "\\\\").replace("'", "\\'")
+    word = f"{name}='{escaped}'"
     return shlex.quote(word) if set('"$`\\!') & set(word) else f'"{word}"'
-
-
-def _escaped(text: str) -> str:
-    return text.replace("\\", "\\\\").replace("'", "\\'")
 
 
 def _all_keys(program: Program, verb: str) -> str:
@@ -128,9 +125,7 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
 
 
 def _either(name: str, known: Collection[str]) -> str:
-    """Return the suggestion of `closest` for dotted names too, whose last part is often right in another
-    place.
-    """
+    """Return the suggestion of `closest` for dotted names, whose last part may be right elsewhere."""
     last = name.rpartition(".")[2]
     near = nearest(last, {key.rpartition(".")[2] for key in known})
     same = [key for key in known if key.rpartition(".")[2] == near]
@@ -224,9 +219,7 @@ def _numbers(values: list[Any]) -> bool:
 
 
 def _like(written: list[Any], k: int) -> Any:
-    """Return the written value that an item of a list is compared with; of numbers the least strict, in any
-    order.
-    """
+    """Return the written value that an item of a list is compared with; of numbers the least strict."""
     if _numbers(written):
         return min(written) if all(isinstance(value, int) for value in written) else float(min(written))
     return written[min(k, len(written) - 1)] if written else None

@@ -17,21 +17,17 @@ if TYPE_CHECKING:
 
 #: Folder of the library.
 PACKAGE = Path(__file__).parents[1]
+#: Line in the docstring of a verb that leaves the meaning of keys to a function of the library.
+SEE = re.compile(r"^    (\w+(?:, \w+)*): see `(unmodelled\.[\w.]+)`\.\n", re.M)
 
 
 @dataclass(frozen=True)
 class Source:
-    """A package that provides verbs.
+    """A package that provides verbs."""
 
-    Attributes:
-        package: dotted name of the package of its verbs; a verb is the function of a module's own name.
-        verbs: folder of that package.
-        conf: folder of its config files.
-    """
-
-    package: str
-    verbs: Path
-    conf: Path
+    package: str  # of modules; a verb is the function of its module's own name
+    verbs: Path  # folder of that package
+    conf: Path  # folder of its config files
 
 
 #: Verbs of the library, which every program has.
@@ -45,22 +41,32 @@ def version() -> str:
     return f"unmodelled {installed('unmodelled')} (Python {'.'.join(map(str, sys.version_info[:3]))})"
 
 
+def full_docstring(node: ast.FunctionDef | ast.ClassDef) -> str:
+    """Return a docstring, with the meaning of keys that it leaves to a function of the library."""
+    return SEE.sub(_entries, ast.get_docstring(node) or "")
+
+
+def _entries(found: re.Match[str]) -> str:
+    """Entries of some keys, as the docstring of the function has them."""
+    module, _, name = found[2].rpartition(".")
+    text = ast.get_docstring(_function(PACKAGE.parent / f"{module.replace('.', '/')}.py", name)) or ""
+    told = {entry[1]: entry[0] for entry in re.finditer(r"^    (\w+): .*\n(?: {8}.*\n)*", text, re.M)}
+    return "".join(told[key] for key in found[1].split(", "))
+
+
+def _function(path: Path, name: str) -> ast.FunctionDef:
+    nodes = ast.parse(path.read_text()).body
+    return next(node for node in nodes if isinstance(node, ast.FunctionDef) and node.name == name)
+
+
 @dataclass(frozen=True)
 class Program:
-    """A program of the command line.
+    """A program of the command line."""
 
-    Attributes:
-        name: command that a user types before the verb.
-        sources: packages of verbs and folders of configuration files; the first one wins if two have the same
-            file.
-        version: function that returns the line that `--version` prints.
-        note: function that records every finished verb: command, configuration (YAML), seed and duration, s;
-            None: nothing is recorded.
-    """
-
-    name: str
-    sources: tuple[Source, ...]
-    version: Callable[[], str]
+    name: str  # command before the verb
+    sources: tuple[Source, ...]  # the first one wins if two have the same file
+    version: Callable[[], str]  # the line that `--version` prints
+    #: Records a finished verb: command, configuration (YAML), seed, duration (s).
     note: Callable[[str, str, int | None, float], None] | None = None
 
     @functools.cached_property
@@ -80,9 +86,7 @@ class Program:
 
     def docstring(self, verb: str) -> str:
         """Return the docstring of a verb, without importing the verb."""
-        tree = ast.parse(self.verbs[verb].read_text())
-        function = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == verb)
-        return ast.get_docstring(function) or ""
+        return full_docstring(_function(self.verbs[verb], verb))
 
     def config(self, verb: str) -> Path:
         """Return the path of the configuration file of a verb."""
@@ -112,9 +116,7 @@ class Program:
         return any((source.conf / override.split("=")[0]).is_dir() for source in self.sources)
 
     def folder(self, verb: str) -> str:
-        """Return the folder of configuration files with which Hydra starts: the folder of the verb's own
-        file.
-        """
+        """Return the folder of the verb's own configuration file, with which Hydra starts."""
         return str(self.config(verb).parent.resolve())
 
     def search_path(self, verb: str) -> list[str]:

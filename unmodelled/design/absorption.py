@@ -31,13 +31,6 @@ def beside_networks(matrix: Array, gains: Sequence[Array], inputs: Sequence[Arra
     operation is linear in the columns.
 
     Takes matrix (rows, columns), gains (rows,), inputs (rows, q); gives (rows, columns).
-
-    Examples:
-        >>> x = np.linspace(-1.0, 1.0, 400)
-        >>> columns = np.column_stack([x**2, np.sin(300.0 * x)])  # the first one is a function of the input x
-        >>> left = beside_networks(columns, [np.ones(400)], [x[:, None]])
-        >>> (np.linalg.norm(left, axis=0) / np.linalg.norm(columns, axis=0)).round(1).tolist()
-        [0.0, 1.0]
     """
     if not gains:
         return matrix

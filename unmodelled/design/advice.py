@@ -14,9 +14,7 @@ WARNED = 12
 
 
 def advise(system: System, result: Identifiability) -> list[str]:
-    """Return sentences on which parameters can be identified, which must be separated, and which to hold
-    fixed.
-    """
+    """Return sentences on which parameters can be identified, must be separated, and are to be held fixed."""
     best = [f"{_set(s.names)} can be identified together" for s in result.sets if s.maximal][:SHOWN]
     return [
         *_marked(system, result),

@@ -41,9 +41,7 @@ SHAPE = {
 
 
 def check_answer(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
-    """Refuse an answer that is damaged, of another machine or of other logs, or that asks to check
-    the logs.
-    """
+    """Refuse an answer that is damaged, is of another machine or other logs, or asks to check the logs."""
     try:
         check_shape(Path("answer"), answer, SHAPE)
         check_seed(answer["seed"])

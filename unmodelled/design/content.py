@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from unmodelled.base.wording import number, unit_text
-from unmodelled.design.criterion import Value
+from unmodelled.design.criterion import BestSensor, Value
 from unmodelled.design.design import Design
 from unmodelled.design.limits import Limits, units_of
 from unmodelled.design.rivals import HALF_INTERVAL
 from unmodelled.design.runs import frame, start_of
-from unmodelled.design.sensors import BestSensor
 from unmodelled.effects.added import Added
 from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged
@@ -80,8 +79,7 @@ def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
     """
     units = units_of(system)
     inputs = zip(system.inputs, limits.written, strict=True)
-    c = np.array([limits.constants[item.name] for item in system.operating_point])
-    start = zip(system.states, start_of(system, limits, c, u), strict=True)
+    start = zip(system.states, start_of(system, limits, limits.c, u), strict=True)
     constants = {item.name: (limits.constants[item.name], item.as_written) for item in system.operating_point}
     return {
         "inputs": {
@@ -136,7 +134,8 @@ def predictions(design: Design) -> pd.DataFrame:
 
 def sentences(found: Mapping[str, Any]) -> list[str]:
     """Return what a user reads of next.json."""
-    start = ", ".join(f"{name} = {_told_amount(each)}" for name, each in found["start"].items())
+    amounts = {name: f"{each['value']:g} {unit_text(each['unit'])}" for name, each in found["start"].items()}
+    start = ", ".join(f"{name} = {amount.rstrip()}" for name, amount in amounts.items())
     what = f"this {found['duration']:g} s experiment ({found['family']}{start and f', start at {start}'})"
     return [
         *_told(found, what),
@@ -188,10 +187,6 @@ def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
                 f"no experiment within the limits was found that narrows {interval}, {before} ({beside}); "
                 "widen the limits, lengthen it or add a sensor"
             )
-
-
-def _told_amount(amount: Mapping[str, Any]) -> str:
-    return f"{amount['value']:g} {unit_text(amount['unit'])}".rstrip()
 
 
 def _amount(value: float, unit: LoggedUnit) -> dict[str, Any]:

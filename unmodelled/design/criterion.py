@@ -1,34 +1,34 @@
-"""Value of experiments: the distance of models, or the intervals of numbers after the experiment."""
+"""Value of experiments: the distance of models, or the intervals of numbers after the experiment.
+
+Beside it, the further sensor that would help a designed experiment most to tell models apart.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.design.limits import Limits
 from unmodelled.design.rivals import Rival
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.units import describe, parse_unit
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """Value of simulated experiments.
+    """Value of simulated experiments."""
 
-    Attributes:
-        excess: largest excess of a travel limit by any model, shape (designs,), as a share of the limit's
-            width; 0 within all limits, inf where a simulation diverges.
-        distances: distance of every alternative from the named model, shape (designs, alternatives), in
-            standard deviations; nan beyond the limits.
-        after: standard deviations of the named model's numbers after the experiment, shape (designs,
-            numbers), SI; nan beyond the limits.
-    """
-
-    excess: Array
+    excess: Array  # (designs,), largest excess of a travel limit, as a share of its width; inf: diverges
+    #: (designs, alternatives), from the named model, standard deviations; nan beyond the limits.
     distances: Array
+    #: (designs, numbers), standard deviations of the named model's numbers, SI; nan beyond limits.
     after: Array
 
 
@@ -41,29 +41,18 @@ class Criterion:
     covariance after the experiment counts (A-optimality). An output's weight is 1/(noise² + samples spread²):
     noise differs from sample to sample; what experiments of one machine differ by may last a whole run, and
     does not average out.
-
-    Attributes:
-        rivals: the named model, then its alternatives.
-        limits: limits of the experiment.
-        noise: standard deviation of the sensor noise, shape (outputs,), in units of the outputs.
-        spread: error of the named model over whole runs beyond the noise, shape (outputs,), in these units.
-        numbers: numbers of the named model whose relative intervals count if there are no alternatives.
     """
 
-    rivals: Sequence[Rival]
+    rivals: Sequence[Rival]  # the named model, then its alternatives
     limits: Limits
-    noise: Array
-    spread: Array
-    numbers: Sequence[str]
+    noise: Array  # (outputs,), standard deviations of the sensor noise, in units of the outputs
+    spread: Array  # (outputs,), error of the named model over whole runs beyond the noise, in these units
+    numbers: Sequence[str]  # those whose relative intervals count if there are no alternatives
 
     def __call__(self, u: Array) -> Value:
-        """Simulate experiments and compute their value.
-
-        Takes u (designs, samples, inputs) in SI.
-        """
-        excess = np.max(
-            [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
-        )
+        """Simulate experiments (designs, samples, inputs), SI, and compute their value."""
+        watched = [rival.runs(u, self.limits, False)[1][:, 0] for rival in self.rivals]
+        excess = np.max([self.limits.excess(each) for each in watched], axis=0)
         inside = np.flatnonzero(excess == 0.0)
         named = self.rivals[0]
         distances = np.full((len(u), len(self.rivals) - 1), np.nan)
@@ -77,10 +66,7 @@ class Criterion:
         return Value(excess, distances, after)
 
     def scores(self, found: Value) -> Array:
-        """Return what a search maximises: positive within the limits, below -1 beyond them.
-
-        Gives (designs,).
-        """
+        """Return what a search maximises (designs,): positive within the limits, below -1 beyond them."""
         beyond = -1.0 - np.minimum(found.excess, 1e6)
         if len(self.rivals) > 1:
             # ties of models that no experiment within the limits tells apart are left to the others
@@ -96,10 +82,7 @@ class Criterion:
         return np.asarray(np.linalg.norm(self.rivals[0].root, axis=1))
 
     def relative(self, deviation: Array) -> Array:
-        """Return the root mean square of the relative standard deviations of the counted numbers.
-
-        Takes deviation (designs, numbers) in SI; gives (designs,).
-        """
+        """Return the rms (designs,) of relative standard deviations (designs, numbers) of counted numbers."""
         named = self.rivals[0]
         rows = [list(named.values).index(name) for name in self.numbers]
         scales = [named.fitted.hypothesis.unknowns[k].scale for k in rows]
@@ -116,17 +99,17 @@ class Criterion:
 
 
 def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
-    """Return the predictions of a model and their slopes by its numbers.
+    """Return predictions (designs, values) and their slopes (designs, numbers, values) by the numbers.
 
-    Takes y (designs, sets, samples, outputs); gives (designs, values) and (designs, numbers, values).
+    Takes y (designs, sets, samples, outputs).
     """
     flat = np.nan_to_num(y.reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
     return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
 
 
 def _root_after(slopes: Array) -> Array:
-    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 after an experiment, of numbers in units of
-    their deviations before; slopes S: (designs, n, values).
+    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 of scaled numbers; slopes S (designs, n,
+    values).
     """
     information = np.eye(slopes.shape[1]) + slopes @ slopes.swapaxes(1, 2)
     eigenvalues, vectors = np.linalg.eigh(information)
@@ -134,11 +117,90 @@ def _root_after(slopes: Array) -> Array:
 
 
 def distance(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
-    """Return the distance of two models whose numbers may still move, in standard deviations.
+    """Return the distance (designs,) of two models whose numbers may still move, in standard deviations.
 
-    Takes one (designs, values), other (designs, values); gives (designs,).
+    Of each model it takes the predictions (designs, values) and their slopes, see `weighted`.
     """
     gap, slopes = one[0] - other[0], np.concatenate([one[1], -other[1]], axis=1)
     root = _root_after(slopes)
     moved = np.einsum("dnk,dn->dk", root, np.einsum("dnv,dv->dn", slopes, gap))
     return np.asarray(np.sqrt(np.maximum(np.sum(gap**2, axis=1) - np.sum(moved**2, axis=1), 0.0)))
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A sensor that a machine does not have yet."""
+
+    label: str  # such as "v" or "the effort f at rail"
+    unit: str  # SI
+    of: Callable[[System], sp.Expr]  # the sensed quantity of a model
+
+
+@dataclass(frozen=True, eq=False)
+class BestSensor:
+    """The sensor that separates the alternatives best in an experiment."""
+
+    sensor: Sensor
+    accuracy: float  # assumed error, as a share of the quantity's standard deviation in the experiment
+    distances: Array  # (alternatives,) with this sensor, standard deviations
+
+
+def sensors(system: System) -> Iterator[Sensor]:
+    """Yield the states, their rates and the efforts of ports that no output shows."""
+    outputs = {output.expression for output in system.outputs}
+    for state, x, rate in zip(system.states, system.x, system.dynamics, strict=True):
+        if x not in outputs:
+            yield Sensor(state.name, state.unit, partial(_state, state.name))
+        if rate not in {*system.x, *outputs}:
+            unit = describe(parse_unit(f"({state.unit})/s").dimension)
+            yield Sensor(f"d({state.name})/dt", unit, partial(_rate, state.name))
+    for port in system.ports:
+        yield Sensor(f"the effort {port.effort} at {port.name}", port.unit, partial(_effort, port.name))
+
+
+def _state(name: str, system: System) -> sp.Expr:
+    return symbol(name)
+
+
+def _rate(name: str, system: System) -> sp.Expr:
+    rate = system.closed[[state.name for state in system.states].index(name)]
+    return rate.xreplace(dict.fromkeys(system.e, sp.S.Zero))
+
+
+def _effort(name: str, system: System) -> sp.Expr:
+    law = system.port(name).law
+    return sp.S.Zero if law is None else law
+
+
+def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | None:
+    """Return the sensor with which an experiment u (samples, inputs), SI, separates the alternatives best.
+
+    Noise of the sensor and error of the named model in its quantity are assumed to be the same shares of the
+    quantity's standard deviation in the experiment as those of the present outputs (medians).
+    """
+    known = list(sensors(system))
+    if len(criterion.rivals) < 2 or not known:
+        return None
+    models = [rival.sets[0][0] for rival in criterion.rivals]
+    runs = [
+        rival.runs(u[None], criterion.limits, True, [sensor.of(model) for sensor in known])
+        for rival, model in zip(criterion.rivals, models, strict=True)
+    ]
+    size = runs[0][0][0, 0].std(axis=0)
+    seen = size > 0.0
+    if not seen.any():
+        return None
+    noise, spread = (float(np.median(e[seen] / size[seen])) for e in (criterion.noise, criterion.spread))
+    share = np.hypot(noise, np.sqrt(criterion.limits.samples) * spread)
+    found = []
+    for k, sensor in enumerate(known):
+        unit = share * max(float(w[0, 0, :, k].std()) for _, w in runs)
+        if not 0.0 < unit < np.inf:
+            continue
+        named, *others = (
+            weighted(rival, np.concatenate([y / criterion.unit, w[..., k : k + 1] / unit], axis=-1))
+            for rival, (y, w) in zip(criterion.rivals, runs, strict=True)
+        )
+        distances = np.array([distance(named, other)[0] for other in others])
+        found.append(BestSensor(sensor, float(np.hypot(noise, spread)), distances))
+    return max(found, key=lambda one: float(one.distances.min()), default=None)

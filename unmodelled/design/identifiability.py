@@ -36,25 +36,14 @@ MOST = 10
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Set of parameters with the verdict whether they can be identified together.
-
-    Attributes:
-        names: names of the parameters.
-        collinearity: collinearity index of the columns of parameters and efforts (the text's view), 1 or
-            more.
-        collinearity_with_network: collinearity index of the parameters' columns without what networks absorb,
-            1 or more.
-        identifiable: whether the first index and the sensitivities allow it.
-        with_network: whether the second index and the sensitivities allow it.
-        maximal: whether both allow it and no larger set contains this one; default False.
-    """
+    """Set of parameters with the verdict whether they can be identified together."""
 
     names: Names
-    collinearity: float
-    collinearity_with_network: float
-    identifiable: bool
-    with_network: bool
-    maximal: bool = False
+    collinearity: float  # of the columns of parameters and efforts (the text's view), 1 or more
+    collinearity_with_network: float  # of the parameters' columns without what networks absorb
+    identifiable: bool  # by the first index and the sensitivities
+    with_network: bool  # by the second index and the sensitivities
+    maximal: bool = False  # both allow it, and no larger set contains this one
 
     @property
     def both(self) -> bool:
@@ -64,40 +53,28 @@ class ParameterSet:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Analysis of a sensitivity matrix.
-
-    Attributes:
-        found: sensitivity matrix.
-        left: parameters' columns without what networks in the ports absorb, shape (rows, parameters).
-        limit: limit of the collinearity index.
-        floor: smallest sensitivity that counts, as a share of the largest, at most 1.
-    """
+    """Analysis of a sensitivity matrix."""
 
     found: Sensitivity
-    left: Array
-    limit: float
-    floor: float
+    left: Array  # (rows, parameters), parameters' columns without what networks in the ports absorb
+    limit: float  # of the collinearity index
+    floor: float  # smallest sensitivity that counts, as a share of the largest, at most 1
 
     @cached_property
     def correlation(self) -> Array:
-        """Correlations of all columns, shape (columns, columns), efforts first (the text's Q); zero for a
-        zero column.
-        """
+        """Correlations (columns, columns), efforts first (the text's Q); zero for a zero column."""
         return _correlation(self.found.matrix)
 
     @cached_property
     def left_correlation(self) -> Array:
-        """Correlations of the parameters' columns without what networks absorb, shape (parameters,
-        parameters).
-        """
+        """Correlations (parameters, parameters) of `left`."""
         return _correlation(self.left)
 
     @cached_property
     def norms(self) -> dict[str, float]:
         """Sensitivity to every effort and parameter by name, dimensionless."""
-        return dict(
-            zip((*self.found.efforts, *self.found.parameters), self.found.norms.tolist(), strict=True)
-        )
+        names = (*self.found.efforts, *self.found.parameters)
+        return dict(zip(names, self.found.norms.tolist(), strict=True))
 
     @cached_property
     def unabsorbed(self) -> dict[str, float]:
@@ -163,13 +140,9 @@ class Identifiability:
     @cached_property
     def _with_efforts(self) -> Array:
         """Correlations with a basis of the efforts, so that similar efforts do not count as collinear."""
-        efforts = len(self.found.efforts)
-        basis = (
-            orth(_normalised(self.found.matrix[:, :efforts]), 1e-9)
-            if efforts
-            else np.empty((len(self.left), 0))
-        )
-        return _correlation(np.hstack([basis, self.found.matrix[:, efforts:]]))
+        efforts, others = np.split(self.found.matrix, [len(self.found.efforts)], axis=1)
+        basis = orth(_normalised(efforts), 1e-9) if efforts.size else efforts
+        return _correlation(np.hstack([basis, others]))
 
     def correlation_of(self, a: str, b: str) -> float:
         """Return an entry of the correlation matrix."""
@@ -182,12 +155,8 @@ class Identifiability:
 
     def _rank(self, s: ParameterSet) -> tuple[bool, bool, int, float]:
         worth = float(np.prod([self.norms[n] for n in s.names]))
-        return (
-            not s.maximal,
-            not s.both,
-            -len(s.names),
-            -worth / max(s.collinearity, s.collinearity_with_network),
-        )
+        worst = max(s.collinearity, s.collinearity_with_network)
+        return not s.maximal, not s.both, -len(s.names), -worth / worst
 
 
 def identify_sets(
@@ -222,13 +191,8 @@ def correlated(limit: float) -> float:
 def collinearity(correlation: Array, columns: Sequence[int]) -> float:
     """Compute the collinearity index of some columns: 1 for orthogonal ones, `COLLINEAR` for dependent ones.
 
-    A column keeps 1/index of its size after the best compensation by the others.
-
-    Takes correlation (columns, columns).
-
-    Examples:
-        >>> round(collinearity(np.array([[1.0, 0.96], [0.96, 1.0]]), [0, 1]), 3)
-        5.0
+    A column keeps 1/index of its size after the best compensation by the others. Takes correlation (columns,
+    columns).
     """
     smallest = float(np.linalg.eigvalsh(correlation[np.ix_(columns, columns)])[0])
     return float(1.0 / np.sqrt(max(smallest, COLLINEAR**-2)))

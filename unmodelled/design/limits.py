@@ -27,19 +27,12 @@ SECONDS = LoggedUnit("s", 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Range:
-    """Range of an input or of a moving part.
-
-    Attributes:
-        low: lowest value; default -inf.
-        high: highest value; default inf.
-        rate: largest change per second; default inf.
-        rest: value closest to the zero of the unit in which the range was written; default 0.
-    """
+    """Range of an input or of a moving part."""
 
     low: float = -np.inf
     high: float = np.inf
-    rate: float = np.inf
-    rest: float = 0.0
+    rate: float = np.inf  # largest change per second
+    rest: float = 0.0  # value closest to the zero of the unit in which the range was written
 
     def in_si(self, unit: LoggedUnit) -> Range:
         """Return the range in SI units."""
@@ -50,39 +43,32 @@ class Range:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits that an experiment must keep.
-
-    Attributes:
-        file: file of the limits, for messages.
-        duration: length of the experiment, s.
-        period: sampling period, s.
-        inputs: range of every input, in the order of the system, SI.
-        written: the same ranges as the file has them, in the units of the columns.
-        travel: ranges of states, outputs or signals by name, SI; they hold for every model.
-        start: states at the start by name, SI; the others start at the value of the system file, or at 0.
-        constants: operating point by name, SI.
-        noise: standard deviation of the sensor noise by name of the output, SI; empty where it is not given.
-    """
+    """Limits that an experiment must keep."""
 
     file: Path
-    duration: float
-    period: float
-    inputs: tuple[Range, ...]
-    written: tuple[Range, ...]
-    travel: Mapping[str, Range]
-    start: Mapping[str, float]
-    constants: Mapping[str, float]
-    noise: Mapping[str, float]
+    duration: float  # s
+    period: float  # s
+    inputs: tuple[Range, ...]  # in the order of the system, SI
+    written: tuple[Range, ...]  # the same in the units of the columns
+    travel: Mapping[str, Range]  # of states, outputs or signals, SI; they hold for every model
+    start: Mapping[str, float]  # states, SI; others start at the value of the system file, or at 0
+    constants: Mapping[str, float]  # SI
+    noise: Mapping[str, float]  # standard deviation of the sensor by output, SI; empty where it is not given
 
     @property
     def samples(self) -> int:
         """Return the number of samples of the experiment."""
         return round(self.duration / self.period) + 1
 
-    def excess(self, watched: Array) -> Array:
-        """Return the largest excess of a travel limit, as a share of its width; inf where a run diverges.
+    @property
+    def c(self) -> Array:
+        """Return the operating point (constants,), SI, in the order of the system."""
+        return np.array([*self.constants.values()])
 
-        Takes watched (designs, samples, quantities) in SI; gives (designs,).
+    def excess(self, watched: Array) -> Array:
+        """Return the largest excess (designs,) of a travel limit as a share of its width; inf: diverges.
+
+        Takes watched (designs, samples, quantities) in SI.
         """
         found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
         for k, own in enumerate(self.travel.values()):
@@ -110,9 +96,10 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
             raise found["inputs"].wrong(
                 f"the input {name} has no limits: add {name}: {{low: ..., high: ...}}{_in(unit)}"
             )
-    written = tuple(_input(inputs[name], unit) for name, unit in items.items())
+    written = tuple(_range(inputs[name], unit, ("low", "high"), "rate") for name, unit in items.items())
     units = units_of(system)
-    travel = {name: _travel(node, units[name]) for name, node in _given(found, "travel", units).items()}
+    moving = _given(found, "travel", units)
+    travel = {name: _range(node, units[name], (), "speed") for name, node in moving.items()}
     noise = _given(found, "noise", [o.name for o in system.outputs])
     constants = _given(found, "operating_point", [c.name for c in system.operating_point])
     return Limits(
@@ -170,11 +157,7 @@ def _times(root: Node, found: Mapping[str, Node], logs: Logs | None) -> tuple[fl
 
 
 def _start(
-    root: Node,
-    found: Mapping[str, Node],
-    system: System,
-    logs: Logs | None,
-    travel: Mapping[str, Range],
+    root: Node, found: Mapping[str, Node], system: System, logs: Logs | None, travel: Mapping[str, Range]
 ) -> dict[str, float]:
     """States at the start, SI. Zero is no rest on a scale such as degC: there a start is needed, which is
     the mean of the logged ones where there are logs.
@@ -231,20 +214,11 @@ def _positive(node: Node, unit: LoggedUnit = SECONDS) -> float:
     return value
 
 
-def _input(node: Node, unit: LoggedUnit) -> Range:
-    entries = node.fields(("low", "high"), ("rate",))
-    rate = _positive(entries["rate"], unit) if "rate" in entries else np.inf
-    return _increasing(node, Range(_checked(entries["low"], unit), _checked(entries["high"], unit), rate))
-
-
-def _travel(node: Node, unit: LoggedUnit) -> Range:
-    entries = node.fields((), ("low", "high", "speed"))
+def _range(node: Node, unit: LoggedUnit, needed: tuple[str, ...], rate: str) -> Range:
+    """Ends in `unit`, and the largest change per second, which the file calls `rate`."""
+    entries = node.fields(needed, tuple(name for name in ("low", "high", rate) if name not in needed))
     ends = {name: _checked(entries[name], unit) for name in ("low", "high") if name in entries}
-    rate = _positive(entries["speed"], unit) if "speed" in entries else np.inf
-    return _increasing(node, Range(**ends, rate=rate))
-
-
-def _increasing(node: Node, found: Range) -> Range:
+    found = Range(**ends, rate=_positive(entries[rate], unit) if rate in entries else np.inf)
     if not found.low < found.high:
         raise node.wrong(f"low must be below high, got {found.low:g} and {found.high:g}")
     return found

@@ -13,9 +13,8 @@ from scipy.stats import qmc
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, frame, quantities, simulated
+from unmodelled.design.runs import equations, frame, quantities, read_experiment, simulated
 from unmodelled.design.signals import FAMILIES
-from unmodelled.design.written import read_experiment
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
@@ -34,7 +33,7 @@ SUBSTEPS = 10
 def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
     """Return two experiments of every family of signals in which the known physics keeps the limits."""
     found: dict[str, Array] = {}
-    program, c = equations(system, quantities(system, limits.travel)), _constants(system, limits)
+    program, c = equations(system, quantities(system, limits.travel)), limits.c
     for family in FAMILIES:
         z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
         u = family.inputs(z, limits)
@@ -68,17 +67,14 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
 
 
 def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
-    """Simulate the logs of experiments with the known physics and the noise of the sensors.
-
-    Takes inputs in SI.
-    """
+    """Simulate logs of experiments (SI) with the known physics and the noise of the sensors."""
     for output in system.outputs:
         if output.name not in limits.noise:
             raise BadInput(
                 f"{limits.file}: noise: the output {output.name} has none: add "
                 f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.column_unit}"
             )
-    rng, c, program = np.random.default_rng(seed), _constants(system, limits), equations(system, ())
+    rng, c, program = np.random.default_rng(seed), limits.c, equations(system, ())
     tables = {name: frame(u, system, limits) for name, u in inputs.items()}
     for name, u in inputs.items():
         own = replace(limits, travel={})
@@ -94,7 +90,3 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
         if item.values is None
     }
     return Logs.from_frames(tables, system, pd.DataFrame(constants, index=list(tables)))
-
-
-def _constants(system: System, limits: Limits) -> Array:
-    return np.array([limits.constants[item.name] for item in system.operating_point])

@@ -47,22 +47,13 @@ def place_of(entry: Entry) -> Place:
     if "parameter" in entry:
         return Place("parameter", entry["parameter"], *local)
     kind, _, name = entry["port"].rpartition(":")
-    match kind:
-        case "actuator":
-            return Place("actuator", name, *local)
-        case "sensor":
-            return Place("sensor", name, *local)
-        case _:
-            return Place("port", name, *local)
+    return Place(kind if kind in ("actuator", "sensor") else "port", name, *local)
 
 
 def fitted_rival(
     search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, tuple[float, float]], label: str
 ) -> Rival:
-    """Fit the known physics with effects to the training experiments of a diagnosis.
-
-    Takes known in SI.
-    """
+    """Fit the known physics with effects to the training experiments; known numbers in SI."""
     hypothesis = Hypothesis.known(search.study)
     library: dict[tuple[str, str], Effect] = {
         (e.family, e.variant): e for e in (*effects(), *search.study.laws)
@@ -87,17 +78,11 @@ def fitted_rival(
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """A fitted model with the uncertainty of its numbers.
-
-    Attributes:
-        label: name of the model.
-        fitted: fit to the training experiments of the diagnosis.
-        doubts: standard deviations of numbers by name, SI, where the diagnosis knows them; the larger one of
-            these and of the fit counts.
-    """
+    """A fitted model with the uncertainty of its numbers."""
 
     label: str
     fitted: FittedHypothesis
+    #: Standard deviations of known numbers, SI; the larger of these and the fit's counts.
     doubts: Mapping[str, float]
 
     @cached_property
@@ -136,10 +121,9 @@ class Rival:
 
     @cached_property
     def sets(self) -> tuple[list[System], Array]:
-        """Return systems at the fitted numbers and one step along every column of `root`, and the steps.
+        """Return systems at the fitted numbers a step along every column of `root`, and steps (numbers,).
 
-        The steps have the shape (numbers,) and are in standard deviations. A step is a standard deviation, or
-        less where a bound is nearer, in the direction with more room.
+        A step is a standard deviation, or less where a bound is nearer, in the direction with more room.
         """
         unknowns = self.fitted.hypothesis.unknowns
         here = np.array(list(self.values.values()))
@@ -153,20 +137,13 @@ class Rival:
             points.append(both[side])
             steps.append(1.0 if side == 0 else -1.0)
         names = list(self.values)
-        systems = [
-            with_fitted(self.fitted.hypothesis, dict(zip(names, point.tolist(), strict=True)))
-            for point in points
-        ]
-        return systems, np.array(steps)
+        numbers = [dict(zip(names, point.tolist(), strict=True)) for point in points]
+        return [with_fitted(self.fitted.hypothesis, each) for each in numbers], np.array(steps)
 
     def runs(
         self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None
     ) -> tuple[Array, Array]:
-        """Simulate experiments, see `simulated`.
-
-        Takes u (designs, samples, inputs) in SI; gives (designs, sets, samples, outputs) and (designs, sets,
-        samples, quantities).
-        """
+        """Simulate experiments (designs, samples, inputs), SI, as `simulated` does."""
         systems = self.sets[0] if every else self.sets[0][:1]
         study = self.fitted.hypothesis.study
         substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
@@ -181,8 +158,8 @@ class Rival:
         return found
 
     def _constants(self, limits: Limits) -> Array:
-        """Operating point, with the constants of the effects: the experiment belongs to the group of an
-        effect, and comes after all others.
+        """Operating point with the constants of the effects, whose group has the experiment, after all
+        others.
         """
         hypothesis = self.fitted.hypothesis
         values = dict(limits.constants)

@@ -14,7 +14,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.functions import gradient
-from unmodelled.systems.model import Parameter, Port, System, symbol
+from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
@@ -31,20 +31,15 @@ STEPS = 3
 class Sensitivity:
     """Sensitivity matrix of appendix 4.7, dimensionless.
 
-    Attributes:
-        efforts: names of the first columns.
-        parameters: names of the other columns.
-        matrix: change of a state's derivative, in units of its rms, per effort in units of its rms or per
-            parameter in units of its value, shape (rows, columns); a row is one state at one sample.
-        inputs: inputs of each port's network, each of shape (rows, q).
-        notes: assumptions that were made, one sentence each.
+    An entry is the change of a state's derivative, in units of its rms, per effort in units of its rms or per
+    parameter in units of its value.
     """
 
-    efforts: tuple[str, ...]
-    parameters: tuple[str, ...]
-    matrix: Array
-    inputs: tuple[Array, ...]
-    notes: tuple[str, ...]
+    efforts: tuple[str, ...]  # names of the first columns
+    parameters: tuple[str, ...]  # names of the other columns
+    matrix: Array  # (rows, columns), a row is one state at one sample
+    inputs: tuple[Array, ...]  # of each port's network, each (rows, q)
+    notes: tuple[str, ...]  # assumptions that were made, a sentence each
 
     @property
     def norms(self) -> Array:
@@ -88,7 +83,9 @@ def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = N
     sizes = _sizes(samples.rates)[rows]
     e, notes = _efforts(samples, [i for i in rows if logs.measured[i]])
     jacobian = samples.values([d for i in rows for d in gradient(system.closed[i], symbols)], e)
-    inputs = [samples.values(_inputs(system, port), e) for port in system.ports]
+    # a network in a port sees its motion, or the whole state if the port has none
+    seen = [tuple(map(system.expression, port.coordinates)) or system.x for port in system.ports]
+    inputs = [samples.values(each, e) for each in seen]
     keep = np.isfinite(np.concatenate([jacobian, e, *inputs], 1)).all(1)
     if not keep.any():
         raise BadInput(
@@ -144,11 +141,6 @@ def _sizes(columns: Array) -> Array:
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
-def _inputs(system: System, port: Port) -> tuple[sp.Expr, ...]:
-    """Return the inputs of a network in the port: its motion, or the whole state if the port has none."""
-    return tuple(system.expression(name) for name in port.coordinates) or system.x
-
-
 def _samples(system: System, logs: Logs) -> _Samples:
     every = max(1, ceil(len(logs.t) / SAMPLES))
     rates = [smooth_derivative(x, logs.offsets, logs.period)[1] for x in logs.x.T]
@@ -157,18 +149,13 @@ def _samples(system: System, logs: Logs) -> _Samples:
 
 
 def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
-    """Return the efforts (k, ports) that explain the measured derivatives; nan where the equations have no
-    value.
-    """
+    """Efforts (k, ports) that explain the measured derivatives; nan where the equations have no value."""
     system = samples.system
     e = np.zeros((len(samples.t), len(system.ports)))
     rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]
     if not system.ports or not rows:
-        unseen = [
-            f"{', '.join(p.effort for p in system.ports)}: acts on no measured state and is assumed "
-            "to be zero"
-        ]
-        return e, unseen if system.ports else []
+        names = ", ".join(p.effort for p in system.ports)
+        return e, [f"{names}: acts on no measured state and is assumed to be zero"] if names else []
     dynamics = [system.closed[i] for i in rows]
     gains = [g for f in dynamics for g in gradient(f, system.e)]
     unit = _sizes(samples.rates[:, rows])

@@ -25,24 +25,15 @@ SAMPLES_PER_PERIOD = 20
 
 @dataclass(frozen=True)
 class Family:
-    """Family of signals.
+    """Family of signals."""
 
-    Attributes:
-        name: name of the family, in words.
-        size: number of coordinates per input, amplitude and offset included.
-        wave: function of coordinates, shape (designs, size - 2), time as a share of the duration, shape
-            (samples,), and the most cycles; returns values from -1 to 1, shape (designs, samples).
-    """
-
-    name: str
-    size: int
+    name: str  # in words
+    size: int  # coordinates per input, amplitude and offset included
+    #: Coordinates (designs, size - 2), time as a share (samples,), most cycles -> -1 to 1 (designs, samples).
     wave: Callable[[Array, Array, float], Array]
 
     def inputs(self, z: Array, limits: Limits) -> Array:
-        """Return the input signals of points of the unit cube.
-
-        Takes z (designs, inputs times size); gives (designs, samples, inputs) in SI.
-        """
+        """Return signals (designs, samples, inputs), SI, of points (designs, inputs times size)."""
         share = np.linspace(0.0, 1.0, limits.samples)
         cycles = limits.duration / (SAMPLES_PER_PERIOD * limits.period)
         found = []
@@ -117,22 +108,17 @@ AMPLITUDES = np.linspace(1.0, 0.05, 20)
 
 
 def references(limits: Limits, seed: int) -> Mapping[str, Array]:
-    """Return experiments to compare with, at several amplitudes, the largest first.
+    """Return experiments (amplitudes, samples, inputs), SI, to compare with, the largest amplitude first.
 
     `chirp` sweeps every input from one cycle in the experiment to the highest frequency, `random` holds
     random levels.
-
-    Gives (amplitudes, samples, inputs) in SI.
     """
     points = reference_points(len(limits.inputs), seed)
     return {name: family.inputs(z, limits) for name, (family, z) in points.items()}
 
 
 def reference_points(inputs: int, seed: int) -> Mapping[str, tuple[Family, Array]]:
-    """Return the experiments to compare with as points of families, see `references`.
-
-    Gives (amplitudes, inputs times size of the family).
-    """
+    """Return `references` as points (amplitudes, inputs times size of the family) of families."""
     centred = np.full(len(AMPLITUDES), 0.5)
     sweep = np.column_stack([AMPLITUDES, centred, np.zeros_like(centred), np.ones_like(centred)])
     rng = np.random.default_rng([seed, 1])

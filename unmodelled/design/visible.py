@@ -43,22 +43,16 @@ SAMPLES = 20_000
 class Visible:
     """An effect along planned experiments.
 
-    Attributes:
-        added: effect at its place.
-        number: name of its amplitude, delay or shape.
-        size: smallest size that shows with 95 %, SI; of an effect that is not in proportion to a size, the
-            tried value with the smallest change that shows; None if nothing plausible shows.
-        share: `size` as a share of the plausible size; None where there is none.
-        column: change of the outputs by the effect that re-fitting cannot explain, shape (values,).
-        spans: bases of the changes at every starting point of the shapes, each of shape (values, numbers).
+    Of an effect that is not in proportion to a size, the tried value with the smallest change that shows is
+    its size.
     """
 
     added: Added
-    number: str
-    size: float | None
-    share: float | None
-    column: Array
-    spans: tuple[Array, ...]
+    number: str  # amplitude, delay or shape
+    size: float | None  # smallest that shows with 95 %, SI; None: nothing plausible shows
+    share: float | None  # of the plausible size; None where there is none
+    column: Array  # (values,), change of the outputs by the effect that re-fitting cannot explain
+    spans: tuple[Array, ...]  # bases (values, numbers) of the changes at every starting point of the shapes
 
     def likeness(self, other: Visible) -> float:
         """Return how far another effect can stand in for this one: correlation, 0 to 1."""
@@ -69,20 +63,12 @@ class Visible:
 
 @dataclass(frozen=True, eq=False)
 class Alike:
-    """Two effects that would look alike.
-
-    Attributes:
-        one: effect that the other one can stand in for.
-        other: the other effect.
-        likeness: correlation of their changes after re-fitting, 0 to 1.
-        told: size of the first effect from which the experiments tell both apart with 95 %, SI; None where no
-            size does, or the effect is not in proportion to a size.
-    """
+    """Two effects that would look alike: the other one can stand in for the first."""
 
     one: Visible
     other: Visible
-    likeness: float
-    told: float | None
+    likeness: float  # correlation of their changes after re-fitting, 0 to 1
+    told: float | None  # size of the first from which both are told apart with 95 %, SI; None: no size
 
 
 class _Planned(Study):
@@ -95,12 +81,10 @@ class _Planned(Study):
 
 
 def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
-    """Return the effects of the library along simulated logs, by family and place.
+    """Return the effects of the library along simulated logs, by family and place; noise (outputs,) in SI.
 
     Of the variants of a law, the simplest one counts. Effects that differ between experiments, or need
     another effect beside them, are left out.
-
-    Takes noise (outputs,) in SI.
     """
     study = _Planned(system, logs, default_horizon(logs), ())
     known = Hypothesis.known(study)
@@ -140,13 +124,9 @@ def alike(found: list[Visible]) -> Iterator[Alike]:
 class _Refitted:
     """Changes of the outputs that unknown numbers and initial states cannot explain.
 
-    Initial states have the variance of the sensor noise, and numbers with bounds the variance of a uniform
-    distribution; both are rows of an orthogonal projection.
-
-    Args:
-        columns: columns along some windows of the simulated logs.
-        noise: standard deviation of the sensor noise, shape (outputs,), SI.
-        windows: number of all windows, relative to those of the columns.
+    Initial states have the variance of the sensor noise (outputs,), SI, and numbers with bounds the variance
+    of a uniform distribution; both are rows of an orthogonal projection. `windows` is the number of all
+    windows, relative to those of the columns.
     """
 
     def __init__(self, columns: Columns, noise: Array, windows: float) -> None:

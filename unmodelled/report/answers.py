@@ -16,14 +16,7 @@ from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
-from unmodelled.report.headline import (
-    as_said,
-    fallen,
-    headline,
-    main_number,
-    outcome,
-    percent,
-)
+from unmodelled.report.headline import as_said, fallen, headline, main_number, outcome, percent
 from unmodelled.report.numbers import amounts, number, quantity, unit_text
 
 Array = NDArray[np.float64]
@@ -44,71 +37,41 @@ VERDICTS = {
 
 @dataclass(frozen=True)
 class Compared:
-    """A row of the comparison of two answers.
+    """A row of the comparison of two answers."""
 
-    Attributes:
-        name: name of the quantity, with its unit; rows of equal names are compared.
-        text: value, with its interval if there is one.
-        interval: 95 % interval in the unit of the name; None if there is none.
-    """
-
-    name: str
-    text: str
-    interval: tuple[float, float] | None = None
+    name: str  # with the unit; rows of equal names are compared
+    text: str  # value, with its interval if there is one
+    interval: tuple[float, float] | None = None  # 95 %, in the unit of the name
 
 
 @dataclass(frozen=True)
 class Error:
-    """An error on the held-out experiments.
+    """An error on the held-out experiments."""
 
-    Attributes:
-        text: error of one output in its unit, or the gap in standard deviations.
-        note: output, time since the start of the free run, and gap.
-        gap: gap in standard deviations of the outputs.
-    """
-
-    text: str
-    note: str
-    gap: float
+    text: str  # of one output in its unit, or the gap in standard deviations
+    note: str  # output, time since the start of the free run, and gap
+    gap: float  # standard deviations of the outputs
 
 
 @dataclass(frozen=True, eq=False)
 class ListedAnswer:
-    """Answer as a list of answers shows it.
-
-    Attributes:
-        folder: folder of the answer.
-        name: path of the folder, relative to the listed one.
-        system: name of the machine.
-        verdict: verdict as in diagnosis.json.
-        confidence: confidence in the verdict, 0 to 1.
-        sentence: verdict as one sentence with amounts.
-        effects: named effects in words, each with its main amount and 95 % interval.
-        place: channel by which most of the gap enters, with its share; empty if there is none.
-        before: error of the system file as given.
-        after: error with the effects found and refitted parameters; None where nothing was fitted.
-        written: time at which diagnosis.json was last written; an answer records no date.
-        rows: rows of a comparison with another answer.
-    """
+    """Answer as a list of answers shows it."""
 
     folder: Path
-    name: str
+    name: str  # path of the folder below the listed one
     system: str
-    verdict: str
-    confidence: float
-    sentence: str
-    effects: tuple[tuple[str, str], ...]
-    place: str
-    before: Error
-    after: Error | None
-    written: datetime
-    rows: tuple[Compared, ...]
+    verdict: str  # as in diagnosis.json
+    confidence: float  # 0 to 1
+    sentence: str  # verdict with amounts
+    effects: tuple[tuple[str, str], ...]  # in words, each with its main amount and 95 % interval
+    place: str  # channel by which most of the gap enters, with its share; empty if there is none
+    before: Error  # of the system file as given
+    after: Error | None  # with effects and refitted parameters; None: nothing was fitted
+    written: datetime  # change of diagnosis.json; an answer records no date
+    rows: tuple[Compared, ...]  # of a comparison with another answer
 
     def residual(self) -> tuple[Array, Array] | None:
-        """Return the residuals over the time of the held-out experiments, before and after.
-
-        Gives (intervals,).
-        """
+        """Return residuals (intervals,) over the time of the held-out experiments, before and after."""
         try:
             table = read_table(self.folder / "tables" / "time", ("over",))
             rows = table[table["over"] == "experiment"]
@@ -254,9 +217,7 @@ def _with_unit(name: str, entry: Entry) -> str:
 
 
 def table_lines(answers: Sequence[ListedAnswer]) -> list[str]:
-    """Return the list as lines of text with aligned columns: answer, verdict, error before, after,
-    effects.
-    """
+    """Return the list as aligned lines: answer, verdict, error before, after, effects."""
     rows = [("answer", "verdict", "error before", "after", "missing effects")]
     for one in answers:
         effects = "; ".join(f"{name}: {amount}".removesuffix(": ") for name, amount in one.effects)

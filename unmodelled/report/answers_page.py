@@ -53,7 +53,7 @@ def write_answers_page(answers: Sequence[ListedAnswer], notes: Sequence[str], ti
         search=as_block(
             [entry("diagnosis", one.name, one.sentence, f"#answer-{k}") for k, one in enumerate(answers)]
         ),
-        compared=as_block([_compared(one) for one in answers]),
+        compared=as_block([{"name": one.name, "rows": [*map(asdict, one.rows)]} for one in answers]),
     )
     with replacing(file) as temporary:
         temporary.write_text(text)
@@ -71,10 +71,6 @@ def _row(one: ListedAnswer, out: Path, number: int) -> dict[str, Any]:
         "confidence": percent(one.confidence),
         "spark": _sparkline(one),
     }
-
-
-def _compared(one: ListedAnswer) -> dict[str, Any]:
-    return {"name": one.name, "rows": [asdict(row) for row in one.rows]}
 
 
 def _sparkline(one: ListedAnswer) -> Markup:

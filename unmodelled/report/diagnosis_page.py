@@ -13,11 +13,14 @@ from unmodelled.base.files import read_json, replacing, write_json
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
     GAPS,
+    changes_table,
     comparison_table,
     experiments_table,
     gap_table,
     identified_table,
     parameter_tables,
+    replay_table,
+    robot_sentence,
     units_table,
     where_tables,
 )
@@ -25,9 +28,8 @@ from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
 from unmodelled.report.headline import as_said, headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
-from unmodelled.report.numbers import number, unit_text
+from unmodelled.report.numbers import number, short, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file
-from unmodelled.report.robot_tables import changes_table, replay_table, robot_sentence
 from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 from unmodelled.systems.units import parse_logged
@@ -135,11 +137,6 @@ def view(folder: Path) -> dict[str, Any]:
         "percent": percent,
         "place_name": place_name,
     }
-
-
-def short(value: float | None) -> str:
-    """Return a number with three significant digits."""
-    return number(value if value is None else float(f"{value:.3g}"))
 
 
 def _summary(content: Mapping[str, Any]) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 
 from unmodelled.base.wording import effect_name, effect_names
 from unmodelled.report.headline import as_said
-from unmodelled.report.numbers import number, quantity, unit_text
-from unmodelled.report.tables import Cell, Table
+from unmodelled.report.numbers import number, quantity, short
+from unmodelled.report.tables import Cell, Table, error_cell, number_cell, unit_cell
 
 GAPS = {
     "known": ("as given", "the system file without changes"),
@@ -17,6 +17,12 @@ GAPS = {
     "neural": ("with networks", "with a network in every port: reference for a flexible model"),
     "floor": ("noise", "noise floor: the gap that sensor noise alone causes"),
     "persistence": ("persistence", "prediction that every output keeps its value or its speed"),
+}
+#: Robot files whose free runs in MuJoCo are compared.
+ROBOT_FILES = {
+    "given": "the robot file as given",
+    "patched": "the patched file",
+    "supplemented": "the patched file with its supplement",
 }
 
 
@@ -32,7 +38,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
             note = "; ".join(filter(None, (entry.get("words"), note)))
             symbol = entry.get("symbol", name).replace("*", "·")
             named, range_ = Cell(symbol, name, note=note), Cell(interval or "–", interval)
-            rows.append((named, _value(value, entry["value"]), range_, _unit(entry["unit"])))
+            rows.append((named, _value(value, entry["value"]), range_, unit_cell(entry["unit"])))
         columns = "Number", "Value", "95 % interval", "Unit"
         found.append(
             Table(f"effect_{k}", f"Numbers of {effect_name(effect)}", columns, _numeric("0100"), tuple(rows))
@@ -44,7 +50,7 @@ def gap_table(content: Mapping[str, Any]) -> Table:
     """Return the gaps on the held-out experiments."""
     gap = content["gap"]
     rows = [
-        (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
+        (Cell(label, name), number_cell(gap[name]), Cell(meaning, meaning, "small"))
         for name, (label, meaning) in GAPS.items()
         if name in gap and (name != "augmented" or content["effects"])
     ]
@@ -66,7 +72,7 @@ def units_table(content: Mapping[str, Any]) -> Table:
         entry = as_said(given)
         for span, key in spans.items():
             cells = (error_cell(entry[f"{model}{key}"]) for model in models)
-            rows.append((Cell(name, name), Cell(span, span), *cells, _unit(entry["unit"])))
+            rows.append((Cell(name, name), Cell(span, span), *cells, unit_cell(entry["unit"])))
     columns = ("Output", "After", *models.values(), "Unit")
     about = (
         "Root mean square errors on held-out experiments: at the last sample of the free-run windows, and "
@@ -76,28 +82,19 @@ def units_table(content: Mapping[str, Any]) -> Table:
     return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about)
 
 
-def error_cell(value: float | None) -> Cell:
-    """Return the cell of an error."""
-    return _number(value) if value is not None else Cell("diverges", "")
-
-
 def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
     """Return the tables of channels, regions and factors that have rows."""
     where = content["where"]
     channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
     regions = [
         (
-            *(Cell(row["signal"], row["signal"]), _number(row["low"]), _number(row["high"])),
-            *(_unit(units.get(row["signal"], "")), _share(row["share"])),
+            *(Cell(row["signal"], row["signal"]), number_cell(row["low"]), number_cell(row["high"])),
+            *(unit_cell(units.get(row["signal"], "")), _share(row["share"])),
         )
         for row in where["regions"]
     ]
     factors = [
-        (
-            Cell(row["factor"], row["factor"]),
-            Cell(number(row["level"]), str(row["level"])),
-            _share(row["share"]),
-        )
+        (Cell(row["factor"], row["factor"]), number_cell(row["level"]), _share(row["share"]))
         for row in where["factors"]
     ]
     squares = "Share of the squared gap above the noise floor, by the channel where it enters."
@@ -122,7 +119,7 @@ def experiments_table(content: Mapping[str, Any]) -> Table:
     rows = [
         (
             Cell(row["id"], row["id"], note="held out" if row["id"] in held and fitted else ""),
-            *(_number(row[name]) for name in (("known", "augmented") if fitted else ("known",))),
+            *(number_cell(row[name]) for name in (("known", "augmented") if fitted else ("known",))),
         )
         for row in content["where"]["experiments"]
     ]
@@ -137,8 +134,8 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
     rows = []
     for name, entry in content["parameters"].items():
         value, interval = quantity(entry["identified"], _interval(entry["interval"]))
-        cells = Cell(name, name), _number(entry["known"]), _value(value, entry["identified"])
-        rows.append((*cells, Cell(interval or "–", interval), _unit(units.get(name, ""))))
+        cells = Cell(name, name), number_cell(entry["known"]), _value(value, entry["identified"])
+        rows.append((*cells, Cell(interval or "–", interval), unit_cell(units.get(name, ""))))
     columns = "Parameter", "In the file", "Identified", "95 % interval", "Unit"
     return Table("parameters", "Uncertain parameters", columns, _numeric("01100"), tuple(rows))
 
@@ -148,7 +145,7 @@ def comparison_table(content: Mapping[str, Any]) -> Table:
     rows = []
     for row in content["comparison"]:
         name = effect_names(row["effects"])
-        numbers = (_number(row[key]) for key in ("score", "difference", "standard_error"))
+        numbers = (number_cell(row[key]) for key in ("score", "difference", "standard_error"))
         rows.append((Cell(name, name), *numbers))
     about = (
         "Predictions of experiments that were left out of the fit. The score is the mean over experiments "
@@ -159,12 +156,54 @@ def comparison_table(content: Mapping[str, Any]) -> Table:
     return Table("models", "Models that were fitted", columns, _numeric("0111"), tuple(rows), about)
 
 
+def changes_table(robot: Mapping[str, Any]) -> Table:
+    """Return the numbers that the patched robot file changes."""
+    rows = []
+    for change in robot["changes"]:
+        name = f"{change['element']}.{change['quantity']}"
+        numbers = (number_cell(change[key], "none") for key in ("given", "patched"))
+        rows.append((Cell(name, name), *numbers, unit_cell(change["unit"])))
+    columns = "Number", "As given", "Patched", "Unit"
+    about = "The equations have no dry friction of the robot file: frictionloss is what the diagnosis found."
+    return Table("robot_changes", "Numbers of the robot file", columns, _numeric("0110"), tuple(rows), about)
+
+
+def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) -> Table:
+    """Return the errors of the robot files in MuJoCo; horizon in s."""
+    runs = {name: label for name, label in ROBOT_FILES.items() if name in robot["replay"]}
+    rows: list[tuple[Cell, ...]] = []
+    for name, label in runs.items():
+        gap = number_cell(robot["replay"][name]["gap"])
+        rows.append((Cell("gap", "gap"), Cell(label, name), gap, Cell("–", ""), Cell("–", "1")))
+    for output in robot["replay"]["given"]["units"]:
+        for name, label in runs.items():
+            entry = robot["replay"][name]["units"][output]
+            errors = (number_cell(entry[key], "diverges") for key in ("at_horizon", "whole_run"))
+            rows.append((Cell(output, output), Cell(label, name), *errors, unit_cell(entry["unit"])))
+    about = (
+        f"Root mean square errors on {', '.join(map(str, held_out))}, which took no part in fitting: the gap "
+        f"over windows of {number(horizon)} s in standard deviations of the outputs, and the errors of every "
+        "output at the end of the windows and over whole runs."
+    )
+    columns = "Output", "In MuJoCo", f"After {number(horizon)} s", "Whole run", "Unit"
+    return Table("robot_replay", "The robot file in MuJoCo", columns, _numeric("00110"), tuple(rows), about)
+
+
+def robot_sentence(robot: Mapping[str, Any]) -> str:
+    """Return how well the patched file follows the machine, beside the file as given."""
+    replay = robot["replay"]
+    name = "supplemented" if "supplemented" in replay else "patched"
+    given = replay["given"]["gap"]
+    gaps = f"{short(given)} as given and {short(replay[name]['gap'])} with {ROBOT_FILES[name]}"
+    lost = [output for output, entry in replay[name]["units"].items() if entry["whole_run"] is None]
+    diverges = f" In whole runs, {', '.join(lost)} diverges." if lost else ""
+    worse = replay["patched"]["gap"] >= given
+    alone = " The patched file alone is no improvement: load it with its supplement." if worse else ""
+    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}{alone}"
+
+
 def _numeric(flags: str) -> tuple[bool, ...]:
     return tuple(flag == "1" for flag in flags)
-
-
-def _number(value: Any) -> Cell:
-    return Cell(number(value), "" if value is None else str(value))
 
 
 def _value(text: str, exact: Any) -> Cell:
@@ -173,10 +212,6 @@ def _value(text: str, exact: Any) -> Cell:
 
 def _share(value: float) -> Cell:
     return Cell(f"{100.0 * value:.3g} %", str(value))
-
-
-def _unit(unit: str) -> Cell:
-    return Cell(unit_text(unit) or "–", unit)
 
 
 def _interval(values: Iterable[Any]) -> list[float] | None:

@@ -12,29 +12,17 @@ from unmodelled.report.checks import check_chapter, read_rows
 
 @dataclass(frozen=True)
 class Figure:
-    """A numbered SVG file and its description.
+    """A numbered SVG file and its description."""
 
-    Attributes:
-        id: name of the file without suffix, also the anchor on a page.
-        number: number of the figure.
-        chapter: chapter of the dissertation; None if there is none.
-        caption: sentence below the figure.
-        note: further text below the caption.
-        command: command line that draws the figure.
-        data: origin of the data, measured, virtual or both; empty if unknown.
-        source: path of the SVG file.
-        size: width and height in pixels; None if the file does not tell.
-    """
-
-    id: str
+    id: str  # name of the file without suffix, and anchor on a page
     number: str
-    chapter: int | None
+    chapter: int | None  # of the dissertation
     caption: str
-    note: str
-    command: str
-    data: str
-    source: Path
-    size: tuple[int, int] | None
+    note: str  # text below the caption
+    command: str  # that draws the figure
+    data: str  # measured, virtual or both; empty if unknown
+    source: Path  # the SVG file
+    size: tuple[int, int] | None  # width and height, px; None if the file does not tell
 
 
 def read_figures(folder: Path) -> list[Figure]:
@@ -48,11 +36,8 @@ def read_figures(folder: Path) -> list[Figure]:
         if not source.exists():
             raise BadInput(f"{source}: no such file, but {path} lists it")
         check_chapter(path, f"figure {row['id']!r}:", row["chapter"])
-        caption, note, command, data = (
-            str(row.get(key) or "") for key in ("caption", "note", "command", "data")
-        )
-        number, chapter = str(row["number"]), row["chapter"]
-        about = (number, chapter, caption, note, command, data)
+        caption, note, command, data = (str(row.get(k) or "") for k in ("caption", "note", "command", "data"))
+        about = (str(row["number"]), row["chapter"], caption, note, command, data)
         found.append(Figure(row["id"], *about, source, _size(source)))
     return sorted(found, key=lambda f: (f.chapter or 0, [int(n) for n in re.findall(r"\d+", f.number)], f.id))
 

@@ -25,7 +25,8 @@ def formula(law: str, left: str = "") -> str:
     sides = (_EQUALS.split(part) for part in _parts(law))
     rows = ["<mo>=</mo>".join(_printed(_tree(side))[0] for side in each) for each in sides]
     if left:
-        rows[0] = f"{name(left) if left.isidentifier() else _phrase(left)}<mo>=</mo>{rows[0]}"
+        shown = name(left) if left.isidentifier() else f"<mtext>{escape(left)}</mtext>"
+        rows[0] = f"{shown}<mo>=</mo>{rows[0]}"
     return "".join(f'<math display="block"><mrow>{row}</mrow></math>' for row in rows)
 
 
@@ -59,10 +60,6 @@ def _letter(word: str) -> str:
         return unicodedata.lookup(f"GREEK {size} LETTER {word.upper()}")
     except KeyError:
         return word
-
-
-def _phrase(text: str) -> str:
-    return f"<mtext>{escape(text)}</mtext>"
 
 
 def _printed(node: ast.expr) -> Printed:

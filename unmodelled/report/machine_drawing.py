@@ -154,10 +154,7 @@ def _wide(columns: Sequence[Sequence[_Block]], text: str) -> str:
 
 def _row_heights(columns: Sequence[Sequence[_Block]], widths: Sequence[float]) -> list[float]:
     """Height of every row of blocks that stand side by side."""
-    return [
-        max(block.height(width) for block, width in zip(row, widths, strict=True))
-        for row in zip(*columns, strict=True)
-    ]
+    return [max(map(_Block.height, row, widths)) for row in zip(*columns, strict=True)]
 
 
 def _narrow(columns: Sequence[Sequence[_Block]], text: str) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 from unmodelled.base.wording import amounts, number, unit_text
 
-__all__ = ["amounts", "duration", "number", "percentage", "quantity", "unit_text"]
+__all__ = ["amounts", "duration", "number", "percentage", "quantity", "short", "unit_text"]
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
@@ -17,10 +17,6 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
 
     A number that these digits would round to zero has two digits of its own, where zero is outside of the
     interval.
-
-    Examples:
-        >>> quantity(0.3232, (0.0845, 20.3))
-        ('0.32', '0.085 to 20')
     """
     if interval is None:
         return number(value), ""
@@ -39,6 +35,11 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
     return shown(value), f"{shown(low)} to {shown(high)}"
 
 
+def short(value: float | None) -> str:
+    """Return a number with three significant digits."""
+    return number(value if value is None else float(f"{value:.3g}"))
+
+
 def percentage(unit: str) -> tuple[bool, str]:
     """Tell whether a number is shown in percent, by its unit."""
     found = re.fullmatch(r"(?:(?P<before>[^,]+), )?share(?P<after> \(.*\))?", unit)
@@ -46,10 +47,7 @@ def percentage(unit: str) -> tuple[bool, str]:
 
 
 def duration(seconds: float) -> str:
-    """Format a duration in seconds, in minutes and seconds, or in hours and minutes.
-
-    Takes seconds in s.
-    """
+    """Format a duration (s) in seconds, in minutes and seconds, or in hours and minutes."""
     if round(seconds, 1) < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

@@ -12,53 +12,31 @@ from unmodelled.report.numbers import number, unit_text
 
 @dataclass(frozen=True)
 class Cell:
-    """Content of one cell.
-
-    Attributes:
-        text: text as shown.
-        exact: exact value, for sorting and for the CSV file.
-        kind: class of the style sheet; default: none.
-        link: address of a link; default: none.
-        note: line below the text; default: none.
-        badge: origin of the data; default: none.
-    """
+    """Content of one cell."""
 
     text: str
-    exact: str
-    kind: str = ""
-    link: str = ""
-    note: str = ""
-    badge: str = ""
+    exact: str  # for sorting and for the CSV file
+    kind: str = ""  # class of the style sheet
+    link: str = ""  # address
+    note: str = ""  # line below the text
+    badge: str = ""  # origin of the data
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page and its CSV file.
+    """A table of a page and its CSV file."""
 
-    Attributes:
-        id: anchor on the page, and name of the CSV file.
-        title: title above the table.
-        columns: names of the columns.
-        numeric: whether each column is numeric, and so aligned to the right.
-        rows: rows of cells.
-        caption: text below the title; default: none.
-        protocol: description of how the numbers were computed; default: none.
-        chapter: chapter of the dissertation; default: none.
-        data: origin of the data; default: unknown.
-        anchors: anchor of every row; default: none.
-        download: heading and rows of the CSV file; default: the exact values of the cells.
-    """
-
-    id: str
+    id: str  # anchor on the page, and name of the CSV file
     title: str
     columns: tuple[str, ...]
-    numeric: tuple[bool, ...]
+    numeric: tuple[bool, ...]  # of each column: aligned to the right
     rows: tuple[tuple[Cell, ...], ...]
-    caption: str = ""
-    protocol: str = ""
-    chapter: int | None = None
-    data: str = ""
-    anchors: tuple[str, ...] = ()
+    caption: str = ""  # text below the title
+    protocol: str = ""  # how the numbers were computed
+    chapter: int | None = None  # of the dissertation
+    data: str = ""  # origin; empty: unknown
+    anchors: tuple[str, ...] = ()  # of every row
+    #: Heading and rows of the CSV file; default: the exact values of the cells.
     download: tuple[tuple[str, ...], ...] = ()
 
     @property
@@ -68,6 +46,21 @@ class Table:
         shown = (self.columns, *(tuple(cell.exact for cell in row) for row in self.rows))
         csv.writer(text, lineterminator="\n").writerows(self.download or shown)
         return text.getvalue()
+
+
+def number_cell(value: Any, missing: str = "–") -> Cell:
+    """Return the cell of a number, which may be missing."""
+    return Cell(missing, "") if value is None else Cell(number(value), exact(value))
+
+
+def error_cell(value: float | None) -> Cell:
+    """Return the cell of an error; a simulation that diverges has none."""
+    return number_cell(value, "diverges")
+
+
+def unit_cell(unit: str) -> Cell:
+    """Return the cell of a unit."""
+    return Cell(unit_text(unit) or "–", unit)
 
 
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:

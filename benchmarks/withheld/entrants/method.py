@@ -33,10 +33,8 @@ def main(words: Sequence[str]) -> None:
     verdict = "effect" if effects else "no_gap"
     out.mkdir(parents=True, exist_ok=True)
     write_system(model.system, out / MODEL)
-    write_json(
-        out / ANSWER,
-        {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL},
-    )
+    said = {"verdict": verdict, "confidence": CONFIDENCE, "effects": effects, "model": MODEL}
+    write_json(out / ANSWER, said)
 
 
 def _families(model: Model, study: Study) -> Iterator[tuple[str, str]]:
@@ -58,9 +56,8 @@ def _family(term: sp.Expr, of_speed: bool, of_place: bool) -> str:
         return "gravity_load"
     if not of_place:
         return "constant_load"
-    return (
-        "linear_spring" if term.is_polynomial() and sp.Poly(term).total_degree() == 1 else "nonlinear_spring"
-    )
+    is_linear = term.is_polynomial() and sp.Poly(term).total_degree() == 1
+    return "linear_spring" if is_linear else "nonlinear_spring"
 
 
 if __name__ == "__main__":

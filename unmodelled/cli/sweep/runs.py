@@ -27,19 +27,12 @@ Value = str | int | float | bool | None
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a sweep.
+    """One run of a sweep."""
 
-    Attributes:
-        name: path of the run's folder, relative to the folder of the sweep.
-        keys: keys that changed the configuration of the run, and of the fit that it read (fits=<folder>).
-        metrics: finite and other numbers of the results by name; see `unmodelled.cli.sweep.metrics`.
-        failure: reason why there are no metrics; empty if there are some.
-    """
-
-    name: str
-    keys: dict[str, Value]
-    metrics: dict[str, float]
-    failure: str
+    name: str  # path of its folder below that of the sweep
+    keys: dict[str, Value]  # that changed its configuration, and that of the fit that it read (fits=<folder>)
+    metrics: dict[str, float]  # see `unmodelled.cli.sweep.metrics`; not all finite
+    failure: str  # why there are no metrics
 
     def has(self, metric: str) -> bool:
         """Tell whether the run has a metric as a finite number."""

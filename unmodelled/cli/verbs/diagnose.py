@@ -35,9 +35,7 @@ def diagnose(
         logs: folder of the measured experiments, of which some are held out to assess the models; a record
             that is alone is cut into several.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        horizon: length of the free-run windows, s; null: from the logs.
-        seed: seed of all random numbers; the same seed gives the same files on one kind of processor.
-        laws: file of laws of your own (laws/1) that are tried beside those of the library; null: none.
+        horizon, seed, laws: see `unmodelled.api.diagnosis.diagnose`.
         options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
             defaults, which are measured.
 

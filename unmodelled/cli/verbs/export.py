@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.fmu import written_fmu
+from unmodelled.api.fmu import write_fmu
 from unmodelled.base.ownership import Out, verb
 
 
@@ -25,6 +25,6 @@ def export(system: Path, out: Path) -> None:
         BadInput: when the system file cannot be used, the extra `fmu` is not installed, or the file cannot be
             written.
     """
-    found = written_fmu(system, out)
+    found = write_fmu(system, out)
     print(f"inputs: {', '.join(f'{u.name} ({u.unit})' for u in found.inputs) or 'none'}")
     print(f"outputs: {', '.join(f'{y.name} ({y.unit})' for y in found.outputs)}")

@@ -26,9 +26,7 @@ def identifiability(
         system: system file.
         logs: log folder.
         parameters: names of the parameters to study, [m3,J1,B_m] for instance; null: all parameters.
-        limit: largest collinearity index of an identifiable set; 5 (strict) to 20 is usual.
-        floor: smallest sensitivity of an identifiable parameter, as a share of the largest one, or of 1 if
-            that is less.
+        limit, floor: see `unmodelled.api.parameter_study.identifiability`.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:

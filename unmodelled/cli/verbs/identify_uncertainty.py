@@ -45,9 +45,7 @@ def identify_uncertainty(
     Args:
         system: system file with an event.
         logs: log folder.
-        event: name of the event; null: the only one of the system file.
-        uncertain: names of the uncertain parameters; null: those that the system file marks.
-        step: integration step, s.
+        event, uncertain, step: see `unmodelled.learning.uncertainty.identified.identify_uncertainty`.
         response: Python function from parameters, shape (S, n), to outputs, shape (S, L), with names and
             bounds.
         observations: CSV file with the columns id, y.

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.api.diagnosis import read_answer
-from unmodelled.api.next_experiment import planned
+from unmodelled.api.next_experiment import next_experiment
 from unmodelled.base.ownership import verb
 
 
@@ -26,19 +27,14 @@ def next(
         system: system file of the diagnosis; null: where the answer found it.
         logs: log folder of the diagnosis; null: where the answer found it.
         answer: folder of the diagnosis, with diagnosis.json.
-        limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
-            `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
-            `period` (s);
-            all in the units of the columns in the system file (mA, degC, %), rates per second.
+        limits, seed: see `unmodelled.api.next_experiment.next_experiment`.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        seed: seed of the search; the same seed gives the same files on one kind of
-            processor.
 
     Raises:
         BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the
             system file or the logs have moved, or when no experiment keeps the limits.
     """
     found = read_answer(answer)
-    proposal = planned(*found.inputs(system, logs), found.content, limits, seed)
+    proposal = next_experiment(replace(found, given=found.inputs(system, logs)), limits, seed)
     proposal.save(out)
     print(proposal)

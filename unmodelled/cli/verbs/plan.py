@@ -18,15 +18,8 @@ def plan(system: Path, limits: Path, inputs: Path | None, out: Path, seed: int =
 
     Args:
         system: system file of the machine.
-        limits: YAML file with `duration` and `period` (s), `inputs` (`low`, `high`, `rate` per second),
-            `noise` (standard deviation of every output) and, as needed, `travel` (`low`, `high`, `speed` of
-            states, outputs or signals), `start` and `operating_point`;
-            all in the units of the columns in the system file (mA, degC, %), rates per second.
-        inputs: CSV file with t (s) and the inputs within the limits, or a folder with such files; null: two
-            experiments of each of five families of signals.
+        limits, inputs, seed: see `unmodelled.api.plan.plan`.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        seed: seed of the experiments and of the noise; the same seed gives the same files on one kind of
-            processor.
 
     Raises:
         BadInput: when the system file, the limits or the inputs cannot be used, or no experiment keeps the

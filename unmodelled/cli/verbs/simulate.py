@@ -34,7 +34,7 @@ def simulate(
     Args:
         system: file of the known physics (system/1).
         logs: folder of the measured experiments.
-        horizon: length of the free-run windows, s; null: from the logs.
+        horizon: see `unmodelled.api.simulation.simulate`.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         only: ids of the experiments to simulate, [run1,run2] for instance; null: all experiments.
 

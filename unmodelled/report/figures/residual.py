@@ -138,10 +138,8 @@ def _side(
     at, quartiles = groups["x"].median(), groups["y"].quantile([0.25, 0.5, 0.75]).unstack()
     axes.vlines(at, quartiles[0.25], quartiles[0.75], color=INDIGO, linewidth=2.2, alpha=0.45)
     axes.plot(at, quartiles[0.5], "o", color=INDIGO, markersize=4.5, markeredgecolor="white")
-    handles: list[Artist] = [
-        Line2D([], [], color=INDIGO, marker="o", linestyle="", label="median of windows")
-    ]
-    handles += _law(axes, law)
+    median = Line2D([], [], color=INDIGO, marker="o", linestyle="", label="median of windows")
+    handles: list[Artist] = [median, *_law(axes, law)]
     own = [r for r in regions if r["signal"] == channel.signals.get(coordinate)]
     for region in own:
         axes.axvspan(region["low"], region["high"], color=YELLOW, alpha=0.35, linewidth=0, zorder=0)
@@ -149,9 +147,8 @@ def _side(
         share = sum(r["share"] for r in own)
         handles.append(Patch(color=YELLOW, alpha=0.35, label=f"{100.0 * share:.0f} % of the squared value"))
     axes.axhline(0.0, color=BLACK, linewidth=0.7)
-    axes.set(
-        xlabel=channel.axes.get(coordinate, "t (s)"), ylabel=f"{channel.quantity} lacking ({channel.unit})"
-    )
+    axes.set_xlabel(channel.axes.get(coordinate, "t (s)"))
+    axes.set_ylabel(f"{channel.quantity} lacking ({channel.unit})")
     chance = number(float(rows["error"].median()))
     axes.set_title(f"standard error of a window {chance} {channel.unit}", loc="right")
     axes.grid(linewidth=0.5)

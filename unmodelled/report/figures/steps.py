@@ -38,15 +38,12 @@ def gap_steps(data: Path) -> Figure:
     for name in ("neural", "floor"):
         axes.axvline(lines[name], color=LOOKS[name].colour, linestyle="--", linewidth=1.8)
     log_gaps(axes, low, high)
-    axes.set_yticks(models.index, [_label(row) for _, row in models.iterrows()])
+    labels = [f"+ {row.label}" if row.kind == "effect" else str(row.label) for row in models.itertuples()]
+    axes.set_yticks(models.index, [fill(label, 32) for label in labels])
     axes.set_ylim(len(models) - 0.4, -0.6)
     axes.set_xlabel(GAP)
     figure.legend(handles=[line_handle("neural"), line_handle("floor")], loc="outside upper right", ncols=2)
     return figure
-
-
-def _label(row: pd.Series) -> str:
-    return fill(f"+ {row['label']}" if row["kind"] == "effect" else str(row["label"]), 32)
 
 
 def _numbers(axes: Axes, models: pd.DataFrame, floor: float) -> None:

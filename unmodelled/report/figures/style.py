@@ -59,21 +59,13 @@ _RC: dict[str, object] = {
 
 @dataclass(frozen=True)
 class Look:
-    """Look of a model in all figures; models differ in colour and marker.
+    """Look of a model in all figures; models differ in colour and marker."""
 
-    Attributes:
-        label: name in legends and titles.
-        colour: colour of lines and markers.
-        marker: marker of matplotlib.
-        line: line style of matplotlib; default: solid.
-        width: width of lines, points; default 1.3.
-    """
-
-    label: str
+    label: str  # in legends and titles
     colour: str
-    marker: str
-    line: Literal["-", "--"] = "-"
-    width: float = 1.3
+    marker: str  # of matplotlib
+    line: Literal["-", "--"] = "-"  # of matplotlib
+    width: float = 1.3  # points
 
 
 @contextmanager
@@ -156,10 +148,7 @@ def halo(width: float) -> list[Stroke | Normal]:
 
 
 def in_pi(angle: float) -> str:
-    """Format an angle as a multiple of pi.
-
-    Takes angle in rad.
-    """
+    """Format an angle (rad) as a multiple of pi."""
     multiple = f"{angle / np.pi:.3g}"
     return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
 
@@ -185,10 +174,7 @@ def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) 
 
 
 def thin(*arrays: Array, points: int = 1500) -> list[Array]:
-    """Return every k-th sample of arrays, so that about `points` samples remain.
-
-    Takes arrays (n,); gives (n / k,).
-    """
+    """Return every k-th sample of arrays (n,), so that about `points` samples (n / k,) remain."""
     step = max(1, -(-len(arrays[0]) // points))
     return [array[::step] for array in arrays]
 

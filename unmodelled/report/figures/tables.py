@@ -55,21 +55,13 @@ def about(data: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Channel:
-    """Names of a channel in figures.
+    """Names of a channel in figures."""
 
-    Attributes:
-        name: name in diagnosis.json.
-        quantity: quantity of a correction at this place, force for instance.
-        unit: printed unit of that quantity.
-        axes: label of a coordinate, by its column.
-        signals: name of a coordinate in diagnosis.json, by its column.
-    """
-
-    name: str
-    quantity: str
-    unit: str
-    axes: dict[str, str]
-    signals: dict[str, str]
+    name: str  # in diagnosis.json
+    quantity: str  # of a correction at this place, force for instance
+    unit: str  # of that quantity, as printed
+    axes: dict[str, str]  # labels of coordinates, by column
+    signals: dict[str, str]  # names of coordinates in diagnosis.json, by column
 
     @classmethod
     def of(cls, content: dict[str, Any], name: str) -> Channel:
@@ -78,13 +70,9 @@ class Channel:
         kind, unit = entry["kind"], entry["unit"]
         quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
         coordinates = {k: entry[k] for k in ("level", "rate", "acceleration") if k in entry}
-        return cls(
-            name,
-            quantity,
-            printed(unit),
-            {k: f"{c['name']} ({printed(c['unit'])})" for k, c in coordinates.items()},
-            {k: c["name"] for k, c in coordinates.items()},
-        )
+        axes = {k: f"{c['name']} ({printed(c['unit'])})" for k, c in coordinates.items()}
+        signals = {k: c["name"] for k, c in coordinates.items()}
+        return cls(name, quantity, printed(unit), axes, signals)
 
 
 def printed(unit: str) -> str:
@@ -105,17 +93,12 @@ def handle(name: str) -> Line2D:
 
 def line_handle(name: str) -> Line2D:
     """Return the legend entry of a model that is drawn as a line."""
-    look = LOOKS[name]
-    return Line2D(
-        [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
-    )
+    look, width = LOOKS[name], max(LOOKS[name].width, 1.6)
+    return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=width, label=look.label)
 
 
 def log_gaps(axes: Axes, low: float, high: float) -> None:
-    """Make the horizontal axis logarithmic for gaps, with round numbers.
-
-    Takes low in standard deviations of the outputs, high in standard deviations of the outputs.
-    """
+    """Make the horizontal axis logarithmic, with round numbers, for gaps (standard deviations)."""
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     steps = (1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,)

@@ -58,11 +58,8 @@ def _drawn(data: Path, after: str) -> Figure:
         axes.set_xlabel("t (s)")
     grid[0, 0].set_title(f"{content['worst']}, enlarged")
     grid[0, 1].set_title(f"{content['worst']}, simulated − measured")
-    figure.legend(
-        handles=[line_handle(n) for n in dict.fromkeys(("measured", "known", after))],
-        loc="outside upper center",
-        ncols=3,
-    )
+    handles = [line_handle(name) for name in dict.fromkeys(("measured", "known", after))]
+    figure.legend(handles=handles, loc="outside upper center", ncols=3)
     return figure
 
 
