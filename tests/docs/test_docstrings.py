@@ -247,7 +247,7 @@ def pick(rows: Array, seed: int) -> Array:
     (node,) = ast.parse(text).body
     assert isinstance(node, ast.FunctionDef)
     lacking = "\n".join(faults(Documented("pick", node, None)))
-    assert "begins with 'of'" in lacking and "say what the name does not in a summary" in lacking
+    assert "begins with 'of'" in lacking and "say what names do not in the summary" in lacking
     lacking = "\n".join(faults(Documented("unmodelled/api/draws.py: pick", node, None)))
     for part in (
         "begins with 'of'",
@@ -256,6 +256,23 @@ def pick(rows: Array, seed: int) -> Array:
         "Returns has",
     ):
         assert part in lacking
+
+
+def test_the_shape_of_a_field_stands_beside_it() -> None:
+    text = '''
+class Gap:
+    """The gap of a model."""
+
+    size: Array  # (windows, outputs)
+    noise: Array
+    #: (outputs,), of all sensors together.
+    floor: Array
+'''
+    (node,) = ast.parse(text).body
+    assert isinstance(node, ast.ClassDef)
+    assert faults(Documented("Gap", node, None, tuple(text.splitlines()))) == [
+        "Gap: the array noise has no shape"
+    ]
 
 
 def test_an_override_has_the_docstring_of_the_method() -> None:
