@@ -42,18 +42,12 @@ class Out(Enum):
 
 @dataclass(frozen=True)
 class OutputPlace:
-    """Output of a verb and the inputs that may contain it.
-
-    Attributes:
-        out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
-        inside: names of input arguments (folders searched for results of many verbs) that `out` may lie
-            inside; default none.
-        beside: names of input arguments (folders of a user's files) into which `out` may be written; default
-            none.
-    """
+    """Output of a verb and the inputs that may contain it."""
 
     out: Out = Out.FOLDER
+    #: input arguments (folders searched for results of many verbs) that `out` may lie inside
     inside: frozenset[str] = frozenset()
+    #: input arguments (folders of a user's files) into which `out` may be written
     beside: frozenset[str] = frozenset()
 
 

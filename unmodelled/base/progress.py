@@ -43,10 +43,6 @@ def say(what: str) -> None:
 class Counter:
     """Progress of one piece of work with its remaining time; a nested counter is shown below the outer one.
 
-    Args:
-        total: number of items.
-        description: text of the progress bar.
-
     Examples:
         >>> with Counter(2, "simulating") as counter:
         ...     for k in range(2):

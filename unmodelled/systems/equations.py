@@ -31,18 +31,12 @@ _WRITTEN = {
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation of a system.
+    """One equation of a system."""
 
-    Attributes:
-        kind: "signal", "law", "dynamics", "output", "event" (expression that is zero at the event) or "then"
-            (dynamics after the event).
-        text: right-hand side as written in the file.
-        mathml: whole equation as presentation MathML.
-    """
-
+    #: signal, law, dynamics, output, event (expression that is zero at it) or then (dynamics after it)
     kind: str
-    text: str
-    mathml: str
+    text: str  # right-hand side as written in the file
+    mathml: str  # whole equation as presentation MathML
 
 
 def equations(system: System) -> list[Equation]:

@@ -18,26 +18,16 @@ Array = NDArray[np.float64]
 class Experiments:
     """Experiments on one clock: inputs, operating points and initial states.
 
-    Attributes:
-        u: inputs of shape (L, T, inputs), sampled every `period`, linear in between.
-        period: sampling period in s.
-        c: constants of the operating point, shape (L, constants).
-        x0: states at t = 0, shape (L, states).
-
-    Raises:
-        BadInput: if a number is not finite, or if the period is not positive.
-        ValueError: if the shapes do not match.
-
     Examples:
         >>> runs = Experiments(np.zeros((2, 5, 1)), 0.1, np.zeros((2, 0)), np.ones((2, 2)))
         >>> len(runs), runs.steps(0.2)
         (2, 2)
     """
 
-    u: Array
-    period: float
-    c: Array
-    x0: Array
+    u: Array  # (L, T, inputs), sampled every `period`, linear in between
+    period: float  # sampling period, s
+    c: Array  # (L, constants), operating points
+    x0: Array  # (L, states), at t = 0
 
     def __post_init__(self) -> None:
         if not (self.u.ndim == 3 and self.c.ndim == self.x0.ndim == 2):

@@ -18,21 +18,13 @@ from unmodelled.systems.quantities import Quantity
 
 @dataclass(frozen=True)
 class Operation:
-    """Function or operator that expressions can use.
+    """Function or operator that expressions can use."""
 
-    Attributes:
-        least: smallest number of arguments.
-        most: largest number of arguments.
-        symbolic: function that returns the SymPy expression.
-        numeric: function that returns the value for floating-point arguments.
-        unit: function that returns the unit from the units of the arguments.
-    """
-
-    least: int
-    most: int
-    symbolic: Callable[..., Any]
-    numeric: Callable[..., float]
-    unit: Callable[[Sequence[Quantity]], Quantity]
+    least: int  # smallest number of arguments
+    most: int  # largest number of arguments
+    symbolic: Callable[..., Any]  # SymPy expression of the result
+    numeric: Callable[..., float]  # result for floating-point arguments
+    unit: Callable[[Sequence[Quantity]], Quantity]  # unit of the result from those of the arguments
 
 
 def _minimum(*parts: sp.Expr) -> sp.Expr:

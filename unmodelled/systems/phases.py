@@ -24,17 +24,11 @@ Rates = Callable[[Array | float, Array], Array]  # (t, x) -> x'
 
 @dataclass(frozen=True)
 class Trajectories:
-    """Simulated states and event times of S parameter samples and L experiments.
+    """Simulated states and event times of S parameter samples and L experiments."""
 
-    Attributes:
-        t: time in s, shape (K,).
-        x: states of shape (S, L, K, states).
-        time: event times in s, shape (S, L); nan if the event does not happen.
-    """
-
-    t: Array
-    x: Array
-    time: Array
+    t: Array  # (K,), s
+    x: Array  # (S, L, K, states)
+    time: Array  # (S, L), event times, s; nan if the event does not happen
 
 
 def event_times(
@@ -129,15 +123,10 @@ def _root(start: Array, middle: Array, end: Array) -> Array:
 
 @dataclass(frozen=True)
 class Step:
-    """One Runge-Kutta step that can be evaluated at any point in between.
+    """One Runge-Kutta step that can be evaluated at any point in between."""
 
-    Attributes:
-        x: states at the start of the step, shape (..., states).
-        stages: four stages times the length of the step, each of shape (..., states).
-    """
-
-    x: Array
-    stages: tuple[Array, Array, Array, Array]
+    x: Array  # (..., states), at the start of the step
+    stages: tuple[Array, Array, Array, Array]  # each (..., states), times the length of the step
 
     @classmethod
     def of(cls, rates: Rates, t: Array | float, x: Array, step: Array | float) -> Step:

@@ -23,16 +23,6 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
 
     Two procedures with the same inputs, steps and result are equal.
 
-    Args:
-        inputs: symbols that the steps may use.
-        steps: symbol and expression of each step, in terms of inputs and earlier steps.
-        result: expression in terms of inputs and steps.
-
-    Attributes:
-        inputs: symbols that influence the result, in the given order.
-        steps: steps that lead to the result, in the given order.
-        result: expression of the result.
-
     Examples:
         >>> x, y, s = sp.symbols("x y s", real=True)
         >>> area = Procedure((x, y), ((s, x + 1),), s**2)

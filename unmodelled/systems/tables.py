@@ -16,21 +16,15 @@ Array = NDArray[np.float64]
 class Table:
     """Characteristic y(x) through measured points, constant beyond its ends.
 
-    Attributes:
-        name: name in expressions.
-        x: increasing abscissas, at least two.
-        y: ordinates, one per abscissa.
-        kind: interpolation, "cubic" (spline with not-a-knot ends, the default) or "linear".
-
     Examples:
         >>> Table("spring", (0.0, 1.0, 2.0), (0.0, 3.0, 4.0), "linear")(np.array([0.5, 5.0])).tolist()
         [1.5, 4.0]
     """
 
     name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    kind: Literal["cubic", "linear"] = "cubic"
+    x: tuple[float, ...]  # increasing, at least two
+    y: tuple[float, ...]  # one per abscissa
+    kind: Literal["cubic", "linear"] = "cubic"  # spline with not-a-knot ends, or straight lines
 
     @cache  # noqa: B019 - a table is immutable and lives as long as its system
     def pieces(self, order: int = 0) -> tuple[Array, Array]:

@@ -52,12 +52,7 @@ _PREFIXED = re.compile(r"(?<![A-Za-z])[kMmµμcGnd](?=[A-Za-zΩ])")
 
 @dataclass(frozen=True)
 class Unit:
-    """Coherent SI unit.
-
-    Attributes:
-        text: unit as written.
-        dimension: exponents of kg, m, s, A, K, mol and cd.
-    """
+    """Coherent SI unit, as written, with its dimension."""
 
     text: str
     dimension: Dimension
@@ -65,17 +60,11 @@ class Unit:
 
 @dataclass(frozen=True)
 class LoggedUnit:
-    """Unit of a column of a log that is no coherent SI unit.
-
-    Attributes:
-        text: unit as written.
-        factor: SI value of one unit, less that of zero units.
-        offset: SI value of zero units.
-    """
+    """Unit of a column of a log, as written, that is no coherent SI unit."""
 
     text: str
-    factor: float
-    offset: float
+    factor: float  # SI value of one unit, less that of zero units
+    offset: float  # SI value of zero units
 
     def to_si(self, values: Array) -> Array:
         """Convert values of the column to SI units.

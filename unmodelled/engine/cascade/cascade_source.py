@@ -41,12 +41,7 @@ Names = Mapping[sp.Symbol, str]
 
 @dataclass(frozen=True)
 class CascadeSource:
-    """Writer of the functions of `cascade_loops.Generated` for one cascade.
-
-    Attributes:
-        system: system of the cascade.
-        cascade: equations that lead to the event.
-    """
+    """Writer of the functions of `cascade_loops.Generated` for one cascade."""
 
     system: System
     cascade: Cascade

@@ -36,16 +36,10 @@ _GENERATOR = (
 
 @dataclass(frozen=True)
 class Kernel:
-    """Compiled model: arguments of the functions in `loops` and `training`.
+    """Compiled model: arguments of the functions in `loops` and `training`."""
 
-    Attributes:
-        evaluate: compiled function that computes derivatives and efforts of a block of samples.
-        pull: compiled function that propagates gradients through the block.
-        layout: rows of the block.
-    """
-
-    evaluate: Any
-    pull: Any
+    evaluate: Any  # derivatives and efforts of a block of samples
+    pull: Any  # propagates gradients through the block
     layout: Layout
 
 

@@ -11,11 +11,7 @@ from unmodelled.systems.procedure import common_parts
 
 
 class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
-    """Printer with the names of the functions in `scalars`, and half-integer powers as square roots.
-
-    Args:
-        names: names of the symbols in the code.
-    """
+    """Printer with the names of the functions in `scalars`, and half-integer powers as square roots."""
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
         super().__init__({"fully_qualified_modules": True, "allow_unknown_functions": True})

@@ -21,12 +21,7 @@ from unmodelled.systems.model import TIME, System
 
 @dataclass(frozen=True)
 class Rows:
-    """Addresses of the rows of a block.
-
-    Attributes:
-        first: first row by name of the part.
-        count: number of rows.
-    """
+    """First rows of the parts of a block by name, and the number of all rows."""
 
     first: Mapping[str, int]
     count: int

@@ -20,11 +20,7 @@ from unmodelled.systems.reader import read_system
 
 
 class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
-    """A system in steps.
-
-    Args:
-        settings: settings of PythonFMU3; `resources` is the folder with `model/system.yaml`.
-    """
+    """A system in steps; PythonFMU3 gives its settings, such as the folder `resources`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)

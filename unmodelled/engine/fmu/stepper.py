@@ -20,20 +20,8 @@ SHORTEST = 1e-9
 class Stepper:
     """Free run of a system in steps. Inputs keep their values during a step.
 
-    Before the start, delayed inputs and outputs have their first values.
-
-    Attributes:
-        system: simulated system.
-        t: time, s.
-        x: states, shape (states,), SI.
-
-    Args:
-        system: system to simulate.
-        p: parameters, shape (parameters,), SI.
-        c: constants of the operating point, shape (constants,), SI.
-        u: inputs at the start, shape (inputs,), SI.
-        x: initial states, shape (states,), SI; nan: the initial value of the system.
-        t: start time, default 0 s.
+    Before the start, delayed inputs and outputs have their first values. Where an initial state is nan, the
+    state begins at the initial value of the system.
 
     Examples:
         A pendulum swings from 0.1 rad without torque.

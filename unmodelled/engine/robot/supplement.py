@@ -47,21 +47,16 @@ Callback = Callable[[Any, Any], None]
 class Supplement:
     """Numbers and forces that belong to a robot beside its file.
 
-    Attributes:
-        numbers: numbers by joint or actuator and then by quantity, SI; they replace those of the file.
-        forces: effort on a joint by its name, N m or N: expression of the grammar of system files in
-            q_<joint>, qd_<joint>, applied_<joint> (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in
-            `values` and `rates`.
-        values: numbers of the expressions by name, SI.
-        rates: time derivative of each state that a force remembers by, by its name: such an expression.
-        starts: value of these states at the start of a run, default 0.
+    Forces and rates are expressions of the grammar of system files in q_<joint>, qd_<joint>, applied_<joint>
+    (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in `values` and `rates`.
     """
 
+    #: numbers by joint or actuator and quantity, SI; they replace those of the file
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    forces: Mapping[str, str] = field(default_factory=dict)
-    values: Mapping[str, float] = field(default_factory=dict)
-    rates: Mapping[str, str] = field(default_factory=dict)
-    starts: Mapping[str, float] = field(default_factory=dict)
+    forces: Mapping[str, str] = field(default_factory=dict)  # effort on a joint by its name, N m or N
+    values: Mapping[str, float] = field(default_factory=dict)  # numbers of the expressions, SI
+    rates: Mapping[str, str] = field(default_factory=dict)  # derivatives of states that a force remembers by
+    starts: Mapping[str, float] = field(default_factory=dict)  # initial values of these states, default 0
 
     def __bool__(self) -> bool:
         return bool(self.numbers or self.forces)
@@ -100,16 +95,7 @@ class Supplement:
 
 
 class Forces:
-    """Passive forces of the expressions of a supplement, with the states that they remember by.
-
-    Args:
-        supplement: supplement.
-        model: model of the robot.
-        where: start of the error message.
-
-    Attributes:
-        memory: values, shape (states,), of the states in `Supplement.rates`.
-    """
+    """Passive forces of the expressions of a supplement, with the states (states,) that they remember by."""
 
     def __init__(self, supplement: Supplement, model: Any, where: str) -> None:
         joints, actuators = _names(model, "joint"), _names(model, "actuator")

@@ -16,30 +16,17 @@ Written = Callable[[str, str, float], str]
 
 @dataclass(frozen=True)
 class Activation:
-    """State of an actuator that follows its input.
+    """State of an actuator that follows its input."""
 
-    Attributes:
-        drive: name of the signal of the torque that depends on it.
-        unit: unit of the state.
-        initial: value at the start of an experiment.
-        rate: time derivative.
-    """
-
-    drive: str
+    drive: str  # signal of the torque that depends on it
     unit: str
-    initial: str
-    rate: str
+    initial: str  # expression of its initial value
+    rate: str  # expression of its time derivative
 
 
 @dataclass(frozen=True)
 class Drives:
-    """Torques on the joints of a robot.
-
-    Attributes:
-        robot: robot with actuators; a robot without any has one input per joint, its torque.
-        tree: moving links.
-        written: text of a number of the file.
-    """
+    """Torques on the joints of a robot; one without actuators has one input per joint, its torque."""
 
     robot: Robot
     tree: Tree

@@ -19,12 +19,7 @@ from unmodelled.systems.scope import Scope, Value, scope_of
 
 @dataclass(frozen=True)
 class Efforts:
-    """Efforts on the moving joints of a robot.
-
-    Attributes:
-        system: system of the robot as it was given.
-        robot: content of its file.
-    """
+    """Efforts on the moving joints of a robot, of a system as it was given."""
 
     system: System
     robot: Robot

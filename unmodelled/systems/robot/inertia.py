@@ -19,17 +19,11 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass properties of a rigid body about the origin of a frame.
+    """Mass properties of a rigid body about the origin of a frame."""
 
-    Attributes:
-        mass: mass, kg.
-        moment: mass times centre of mass, kg m.
-        matrix: inertia about the origin, kg m^2.
-    """
-
-    mass: sp.Expr
-    moment: Vector
-    matrix: Matrix
+    mass: sp.Expr  # kg
+    moment: Vector  # mass times centre of mass, kg m
+    matrix: Matrix  # about the origin, kg m^2
 
 
 def of_link(s: Steps, robot: Robot, link: Link, value: Value) -> Inertia:

@@ -30,19 +30,12 @@ _SOME |= {"inertia": {"ixx": "1", "iyy": "1.1", "izz": "1.2", "ixy": "0", "ixz":
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass properties of a link.
+    """Mass properties of a link."""
 
-    Attributes:
-        mass: mass, kg.
-        com: centre of mass in the frame of the link, shape (3,), m.
-        moments: principal moments of inertia about the centre of mass, shape (3,), kg m^2.
-        axes: matrix from the principal axes to the frame of the link, shape (3, 3).
-    """
-
-    mass: float
-    com: Array
-    moments: Array
-    axes: Array
+    mass: float  # kg
+    com: Array  # (3,), centre of mass in the frame of the link, m
+    moments: Array  # (3,), principal moments of inertia about the centre of mass, kg m^2
+    axes: Array  # (3, 3), matrix from the principal axes to the frame of the link
 
     @property
     def possible(self) -> bool:

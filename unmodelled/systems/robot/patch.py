@@ -15,17 +15,11 @@ from unmodelled.systems.robot.tree import RobotTree
 
 @dataclass(frozen=True)
 class Patched:
-    """Patched robot file.
-
-    Attributes:
-        text: content of the file.
-        format: name of its format, MJCF or URDF.
-        missing: numbers that the file does not hold although they were wanted, because its format or its
-            other entries do not allow them, in SI units.
-    """
+    """Patched robot file."""
 
     text: str
-    format: str
+    format: str  # MJCF or URDF
+    #: wanted numbers that the file does not hold, as its format or its other entries do not allow them, SI
     missing: Mapping[Key, float]
 
 

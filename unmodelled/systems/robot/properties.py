@@ -16,14 +16,7 @@ PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 @dataclass(frozen=True)
 class Units:
-    """Units at a joint.
-
-    Attributes:
-        position: unit of its coordinate.
-        speed: unit of its speed.
-        effort: unit of its torque or force.
-        inertia: unit of its armature.
-    """
+    """Units of the coordinate, speed, torque or force, and armature of a joint."""
 
     position: str
     speed: str
@@ -46,18 +39,11 @@ def units_of(joint: Joint) -> Units:
 
 @dataclass(frozen=True)
 class Property:
-    """Number of a body, a joint or an actuator.
+    """Number of a body, a joint or an actuator."""
 
-    Attributes:
-        element: name of the body, joint or actuator.
-        quantity: name of the number, such as "armature".
-        value: value in the file.
-        unit: SI unit.
-    """
-
-    element: str
-    quantity: str
-    value: float
+    element: str  # name of the body, joint or actuator
+    quantity: str  # name of the number, such as "armature"
+    value: float  # value in the file, SI
     unit: str
 
     @property

@@ -33,11 +33,7 @@ def numbers(values: Iterable[float]) -> Vector:
 
 
 class Steps:
-    """Recorder of the steps of a procedure.
-
-    Attributes:
-        found: symbol and expression of each step, in order.
-    """
+    """Recorder of the steps of a procedure."""
 
     def __init__(self) -> None:
         self.found: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -31,17 +31,11 @@ class _Kept(ET.TreeBuilder):
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Elements of an MJCF or URDF file.
-
-    Attributes:
-        root: first element.
-        before: declaration of the file and comments before the root.
-        elements: body, joint and actuator elements, by kind and by name as in `compiled`.
-    """
+    """Elements of an MJCF or URDF file."""
 
     root: ET.Element
-    before: tuple[str, ...]
-    elements: dict[str, dict[str, ET.Element]]
+    before: tuple[str, ...]  # declaration of the file and comments before the root
+    elements: dict[str, dict[str, ET.Element]]  # by kind (body, joint, actuator) and by name as in `compiled`
 
     @classmethod
     def of(cls, text: str) -> RobotTree:
