@@ -187,14 +187,6 @@ def compiled(function: F) -> F:
     """Compile a function at its first call, without Python's global lock, and cache it on disk.
 
     The compiler may not reorder floating-point sums: a compiled function is copied into each of its callers,
-    and the copies must round alike. Otherwise a training that compiles and one that loads from the cache
-    would give different digits.
-
-    Examples:
-        >>> @compiled
-        ... def square(x):
-        ...     return x * x
-        >>> square(3.0)
-        9.0
+    and the copies must round alike, in a process that compiles and in one that loads from the cache.
     """
     return kept(nogil=True, error_model="numpy")(function)

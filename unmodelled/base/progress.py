@@ -41,13 +41,7 @@ def say(what: str) -> None:
 
 
 class Counter:
-    """Progress of one piece of work with its remaining time; a nested counter is shown below the outer one.
-
-    Examples:
-        >>> with Counter(2, "simulating") as counter:
-        ...     for k in range(2):
-        ...         counter.update(k + 1)
-    """
+    """Progress of some work with its remaining time; a nested counter is shown below the outer one."""
 
     def __init__(self, total: int, description: str) -> None:
         self.total, self.description = total, description
@@ -80,12 +74,7 @@ class Counter:
 
 
 def track(items: Iterable[T], total: int, description: str) -> Iterator[T]:
-    """Iterate over items and show the progress.
-
-    Examples:
-        >>> [k**2 for k in track(range(3), 3, "squaring")]
-        [0, 1, 4]
-    """
+    """Iterate over items and show the progress."""
     with Counter(total, description) as counter:
         for done, item in enumerate(items, start=1):
             yield item

@@ -61,13 +61,7 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextmanager
 def threads_of(workers: int) -> Iterator[ThreadPoolExecutor]:
-    """Yield a pool of threads of this process.
-
-    Examples:
-        >>> with threads_of(2) as pool:
-        ...     list(pool.map(abs, [-1, 2, -3]))
-        [1, 2, 3]
-    """
+    """Yield a pool of threads of this process."""
     with _ended(ThreadPoolExecutor(workers), waits=False) as pool:
         yield pool
 
@@ -87,10 +81,9 @@ def _ended(pool: T, waits: bool) -> Iterator[T]:
 
 
 def limit_threads() -> None:
-    """Limit numerical libraries to one thread each, unless the user has set another number.
+    """Limit numerical libraries that are not loaded yet to one thread each, unless the user has set a number.
 
-    Call it before the libraries are loaded. Matrices here are so small that threads mostly wait for each
-    other; work that profits from several cores runs in several processes.
+    Matrices here are so small that threads mostly wait for each other.
     """
     for library in NUMERICAL:
         os.environ.setdefault(library, "1")
@@ -107,9 +100,7 @@ def _interrupt(number: int, _: object) -> NoReturn:
 
 
 def heed_interruptions() -> None:
-    """Let the first Ctrl-C or SIGTERM raise KeyboardInterrupt in this process, and the second one end it at
-    once.
-    """
+    """Let the first Ctrl-C or SIGTERM raise KeyboardInterrupt, and the second one end the process."""
 
     def again(about: sys.UnraisableHookArgs) -> None:
         if not issubclass(about.exc_type, KeyboardInterrupt):
@@ -133,8 +124,7 @@ def exit_code() -> int:
 def ignore_interruptions() -> None:
     """Let Ctrl-C and SIGTERM do nothing from now on, because all results are written.
 
-    Python itself would end by the signal, not by the exit code, if one came while it shuts down. Only a
-    process that heeds interruptions is changed.
+    Python itself would end by the signal, not by the exit code, if one came while it shuts down.
     """
     for number in SIGNALS:
         if signal.getsignal(number) is _interrupt:

@@ -106,25 +106,8 @@ class Backend(Protocol):
 def free_run(backend: Backend, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
     """Simulate all windows for all sets of parameters.
 
-    Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-    states) in SI; gives (windows, sets, most steps + 1, observed).
-
-    Examples:
-        A pendulum swings from rest at 0.1 rad, without torque, for 0.2 s.
-
-        >>> import numpy as np
-        >>> from pathlib import Path
-        >>> from unmodelled.engine.machine.program import Program
-        >>> from unmodelled.systems.reader import read_system
-        >>> system = read_system(Path("systems/pendulum.yaml"))
-        >>> nothing = np.zeros(1, np.int64)
-        >>> t = 0.01 * np.arange(21)
-        >>> windows = Windows(np.zeros((21, 1)), t, nothing, nothing + 20, nothing, nothing)
-        >>> p, x0 = np.array(system.values)[None, None], np.array([[[0.1, 0.0]]])
-        >>> how = Integration(0.01, "rk4")
-        >>> theta = free_run(Program.of(system, system.x[:1]), windows, p, np.empty((1, 0)), x0, how)
-        >>> theta.shape, theta[0, 0, ::10, 0].round(3).tolist()
-        ((1, 1, 21, 1), [0.1, 0.072, 0.005])
+    Takes p (experiments, sets, parameters), c (experiments, constants) and x0 (windows, sets, states) in SI;
+    gives (windows, sets, most steps + 1, observed).
     """
     windows, sizes = windows.checked(), backend.sizes
     experiments, sets = int(windows.owner.max(initial=-1)) + 1, len(windows.shift)

@@ -137,10 +137,7 @@ def load_yaml(path: Path, kind: str = "system") -> Node:
 
 
 def file_beside(node: Node, largest: int) -> Path:
-    """Return the path of a file that a system file names.
-
-    Takes largest in bytes.
-    """
+    """Return the path of a file of at most `largest` bytes that a system file names."""
     folder = node.file.parent.resolve()
     written = Path(node.text())
     try:

@@ -43,13 +43,6 @@ def equations(system: System) -> list[Equation]:
     """Return signals, known laws, dynamics, outputs and events of a system as equations.
 
     Equations that were not read from a file, and so have no text, are left out.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> [(each.kind, each.text) for each in equations(pendulum)]
-        [('dynamics', 'omega'), ('dynamics', '(torque - b*omega - mgl*sin(theta) - tau)/J')]
     """
     scope = scope_of(system)
     states = set(system.x)

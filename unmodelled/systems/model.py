@@ -238,9 +238,7 @@ class System:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on what the equations leave out of a robot, and on ports whose effort makes no power with
-        their velocity.
-        """
+        """Notes on what the equations leave out of a robot, and on ports that make no power."""
         rates = {state.name: state.unit for state in self.states}
         found = [] if self.robot is None else [f"{self.robot.file}: {note}" for note in self.robot.notes]
         for port in self.ports:
@@ -309,9 +307,7 @@ class System:
 
     @cached_property
     def closed(self) -> tuple[sp.Expr, ...]:
-        """Dynamics with every known law inserted; an effort's symbol stands for what acts in addition to its
-        law.
-        """
+        """Dynamics with every known law inserted; the symbol of an effort is what acts beside its law."""
         laws = {symbol(p.effort): symbol(p.effort) + p.law for p in self.ports if p.law is not None}
         return tuple(sanitised(f.xreplace(laws)) for f in self.dynamics)
 

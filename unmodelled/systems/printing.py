@@ -35,13 +35,7 @@ _COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
 def printed(
     expression: sp.Expr, names: Collection[str], tables: Sequence[str], robot: RobotModel | None = None
 ) -> str:
-    """Return an expression as text of a system file, with numbers in full precision.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> printed(2 * sp.Abs(x) + sp.sin(x), ["x"], [])
-        'sin(x) + 2*abs(x)'
-    """
+    """Return an expression as text of a system file, with numbers in full precision."""
     expression = f.sanitised(expression)
     expression = expression.replace(sp.Min, lambda *parts: reduce(f.minimum, parts))
     expression = expression.replace(sp.Max, lambda *parts: reduce(f.maximum, parts))

@@ -110,10 +110,7 @@ class _Text:
         return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}
 
     def _dynamics(self) -> dict[str, str]:
-        """The derivatives of the states; those of a robot file are left out.
-
-        Then further numbers of the robot can be added to the parameters.
-        """
+        """Derivatives of the states, without those that the robot file gives."""
         rates = {s.name: rate for s, rate in zip(self.system.states, self.system.dynamics, strict=True)}
         known = {} if self.system.robot is None else self.system.robot.dynamics
         found = self._rates("dynamics", rates)

@@ -84,8 +84,8 @@ class EventTimes:
     ) -> EventTimes:
         """Compile (once; kept on disk) and integrate what no sample changes.
 
-        Takes u (points, samples, inputs) in SI, period in s, c (points, constants) in SI, x0 (points, states)
-        in SI, duration (points,) in s.
+        Takes u (points, samples, inputs), c (points, constants), x0 (points, states), SI; duration (points,)
+        in s.
         """
         u, c, x0 = (np.asarray(a, np.float64) for a in (u, c, x0))
         runs = Experiments(u, period, c, x0)
@@ -115,10 +115,7 @@ class EventTimes:
         )
 
     def __call__(self, theta: Array) -> Array:
-        """Return the event times of samples.
-
-        Takes theta (samples, uncertain); gives (samples, points) in s.
-        """
+        """Return the event times (samples, points), s, of samples theta (samples, uncertain)."""
         theta = np.asarray(theta, np.float64)
         if theta.ndim != 2 or theta.shape[1] != len(self.names):
             raise ValueError(f"theta must be (samples, {len(self.names)}), got {theta.shape}")

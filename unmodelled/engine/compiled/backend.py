@@ -65,8 +65,8 @@ class Generated(Backend):
     ) -> tuple[Array, Array]:
         """Simulate windows of one length with one set of parameters.
 
-        Takes p (parameters,) in SI, c (experiments, constants) in SI, x0 (windows, states) in SI; gives
-        (windows, steps + 1, states) and (windows, steps, networks).
+        Takes p (parameters,), c (experiments, constants), x0 (windows, states); gives states (windows, steps
+        + 1, states) and efforts (windows, steps, networks), all SI.
         """
         compiled = kernel(self.structure)
         owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples

@@ -28,10 +28,7 @@ class Rows:
 
     @classmethod
     def of(cls, model: Augmented) -> Rows:
-        """Return the rows of a block and of their adjoints.
-
-        They hold state x, input u, efforts e, constants c, time t, and inputs q of the networks.
-        """
+        """Return the rows: x, u, efforts e, constants c, time t, inputs q of networks, and their adjoints."""
         system, nq = model.system, len(model.inputs)
         n, ports = len(system.states), len(system.ports)
         sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1, "q": nq}

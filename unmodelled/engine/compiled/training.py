@@ -153,30 +153,14 @@ def train(
     moments_p,
     moments_W,
 ):
-    """Take one step of Adam per mini-batch; p, weights, xi and the moments of Adam are changed in place.
+    """Take one step of Adam per mini-batch; return the losses (batches,), nan after one that is not finite.
 
-    Training stops at a loss that is not finite; the losses after it are nan. The arguments that are not
-    listed are those of `simulate`.
-
-    Args:
-        starts: first measured samples, shape (batches, windows).
-        rates: learning rates of the weights, shape (batches,).
-        physics_rates: learning rates of the scaled parameters xi, shape (batches,).
-        count: number of mini-batches before these.
-        clip: largest norm of a gradient.
-        Xd: measured states, shape (samples, states), SI.
-        index: indices of the trained parameters in p, shape (trained,): p[index] = unit * xi.
-        unit: units of xi, shape (trained,), SI.
-        low: lower bounds of the trained parameters, shape (trained,), SI.
-        high: upper bounds of the trained parameters, shape (trained,), SI.
-        C_x: diagonal of the matrix C of eq. 4.9, shape (states,).
-        penalty: price of the mean squared effort of a network, shape (networks,).
-        xi: scaled parameters, shape (trained,).
-        moments_p: first and second moments of the gradient by xi, shape (2, trained).
-        moments_W: first and second moments of the gradient by the weights, shape (2, weights).
-
-    Returns:
-        Loss of every mini-batch, shape (batches,).
+    p, weights, xi and the moments of Adam change in place. Takes, beside arguments of `simulate`: starts
+    (batches, windows), first samples; rates (batches,) of the weights and physics_rates of the scaled
+    parameters xi (trained,), p[index] = unit * xi; count, number of mini-batches before; clip, largest norm
+    of a gradient; Xd (samples, states), measured states; bounds low and high (trained,); C_x (states,),
+    diagonal of C of eq. 4.9; penalty (networks,), price of the mean squared effort; first and second moments
+    of the gradients (2, trained) and (2, weights).
     """
     driven, how = (U, C, T), (steps, substeps, period, hold, stages)
     w, room = new_block(at, weights, scale, gain), new_room(at, steps, substeps, stages)

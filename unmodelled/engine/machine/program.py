@@ -87,11 +87,7 @@ class Program(NamedTuple):
         return Sizes(at.u, at.t - at.u, at.c - at.p, at.numbers - at.c)
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-        states) in SI; gives (windows, sets, most steps + 1, observed).
-        """
+        """Simulate checked windows; for the shapes of (p, c, x0) see `Backend.run`."""
         if how.method != "rk4":
             raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
         shape = (*x0.shape[:2], int(windows.steps.max(initial=0)) + 1, len(self.shown))
@@ -112,17 +108,6 @@ class Program(NamedTuple):
 
         Returns:
             Observed values, shape (..., observed), SI.
-
-        Examples:
-            >>> import numpy as np
-            >>> from pathlib import Path
-            >>> from unmodelled.systems.reader import read_system
-            >>> system = read_system(Path("systems/pendulum.yaml"))
-            >>> program = Program.of(system, system.dynamics)
-            >>> x, u, c = np.array([0.0, 2.0]), np.zeros(1), np.empty(0)
-            >>> rates = program.evaluate(np.zeros(1), x, u, np.array(system.values), c)
-            >>> rates.shape, rates[0, 0].item()
-            ((1, 2), 2.0)
         """
         parts = [np.asarray(t, np.float64)[..., None], *(np.asarray(a, np.float64) for a in (x, u, p, c))]
         shape = np.broadcast_shapes(*(a.shape[:-1] for a in parts))
@@ -133,10 +118,10 @@ class Program(NamedTuple):
         return y.reshape(*shape, len(self.shown))
 
     def evaluate_sets(self, t: Array, u: Array, p: Array, c: Array, owner: Indices) -> Array:
-        """Return the observed values of equations without states at given inputs for many sets of parameters.
+        """Return the observed values (samples, sets, observed), SI, of equations without states.
 
-        Takes t (samples,) in s, u (samples, inputs) in SI, p (sets, parameters) in SI, c (experiments,
-        constants) in SI, owner (samples,); gives (samples, sets, observed) in SI.
+        Takes t (samples,), u (samples, inputs), p (sets, parameters), c (experiments, constants), owner
+        (samples,).
         """
         y = np.empty((len(t), len(p), len(self.shown)))
         values = (np.ascontiguousarray(a, np.float64) for a in (t[:, None], u, p, c))

@@ -98,11 +98,7 @@ class MujocoRuns:
         return self.observed.sizes
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-        states) in SI; gives (windows, sets, most steps + 1, observed).
-        """
+        """Simulate checked windows; for the shapes of (p, c, x0) see `Backend.run`."""
         longest = int(windows.steps.max(initial=0)) + 1
         y = np.full((*x0.shape[:2], longest, len(self.observed.shown)), np.nan)
         hold = np.broadcast_to(np.asarray(how.hold, np.float64), windows.u.shape[1])

@@ -122,10 +122,7 @@ class Forces:
         self.begin(np.inf, self.starts)
 
     def begin(self, time: float, memory: Array) -> None:
-        """Set what the forces remember.
-
-        Takes time in s, memory (states,).
-        """
+        """Set a time, s, and what the forces remember then (states,)."""
         self.time, self.memory = time, memory.copy()
 
     def __call__(self, _: Any, data: Any) -> None:

@@ -90,8 +90,7 @@ class Robot:
     def resting(self, locked: Mapping[int, float]) -> dict[int, float]:
         """Return the coordinate (rad or m) of every joint that does not move, by number of the joint.
 
-        These are locked joints, joints that move no inertia, at zero, and joints that follow such a joint. A
-        locked joint follows no other one.
+        These are locked joints, joints that move no inertia, at zero, and joints that follow such a joint.
         """
         ends = {k: self._followed(k, locked) for k in range(len(self.joints))}
         return {k: end.offset for k, end in ends.items() if end.leader is None}

@@ -73,13 +73,7 @@ class Needed:
 
     @classmethod
     def of(cls, text: str, where: str) -> Needed:
-        """Return what the dynamics need of a robot file.
-
-        Examples:
-            >>> xml = '<mujoco><asset><mesh name="m" file="/x.stl"/></asset><worldbody/></mujoco>'
-            >>> Needed.of(xml, "r.xml").text
-            '<mujoco><worldbody /></mujoco>'
-        """
+        """Return what the dynamics need of a robot file."""
         root = _root(text, where)
         if root.tag != "robot":
             _strip_mjcf(root, where)

@@ -52,10 +52,7 @@ def _placed(s: Steps, body: Body, place: Placement, value: Value) -> Inertia:
 
 
 def moved(s: Steps, inertia: Inertia, rotation: Matrix, origin: Vector) -> Inertia:
-    """Return mass properties in another frame, about the origin of that frame.
-
-    Takes origin in m.
-    """
+    """Return mass properties about the origin of another frame, in that frame; origin in m."""
     mass, p = inertia.mass, origin
     h = s.times(rotation, inertia.moment)
     x, y, z = (s.times(rotation, row) for row in inertia.matrix)

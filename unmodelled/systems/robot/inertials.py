@@ -45,10 +45,9 @@ class Inertial:
 
 
 def inertials(root: ET.Element, where: str) -> dict[str, Inertial]:
-    """Return the mass properties of all links of a URDF file by name, and replace them by those of some body.
+    """Return the mass properties of the links of a URDF by name, and replace them by those of some body.
 
-    The attributes of `compiler` with which MuJoCo mends inertias act as in MuJoCo: `boundmass`,
-    `boundinertia` and `balanceinertia`.
+    `boundmass`, `boundinertia` and `balanceinertia` of `compiler` mend them as in MuJoCo.
     """
     found = {}
     mended = {key: text for each in root.findall("mujoco/compiler") for key, text in each.attrib.items()}

@@ -102,10 +102,7 @@ def _moved(joint: Joint, q: float) -> Placement:
 
 
 def about_z(angle: float) -> Array:
-    """Return the matrix of a rotation about z.
-
-    Takes angle in rad; gives (3, 3).
-    """
+    """Return the matrix (3, 3) of a rotation about z; angle in rad."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -181,9 +178,6 @@ def _about_x(angle: float) -> Array:
 
 
 def clean(numbers: Array) -> Array:
-    """Return numbers without the rounding errors of 0, 1 and -1.
-
-    Takes numbers (...); gives (...).
-    """
+    """Return numbers (...) without the rounding errors of 0, 1 and -1."""
     near = np.clip(np.round(numbers), -1.0, 1.0)
     return np.where(np.abs(numbers - near) < _ROUNDING, near, numbers)

@@ -32,15 +32,7 @@ OF_BODIES = (
 
 
 def numbers(robot: Robot) -> dict[Key, float]:
-    """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite.
-
-    Examples:
-        >>> from unmodelled.systems.robot.compile import compiled
-        >>> robot = compiled('''<mujoco><worldbody><body><joint name="rail" type="slide" damping="3"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
-        >>> numbers(robot)["rail", "damping"]
-        3.0
-    """
+    """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite."""
     found: dict[Key, float] = {}
     for joint in robot.joints:
         found |= {(joint.name, quantity): value for quantity, value in _of_joint(joint).items()}
@@ -100,15 +92,7 @@ def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[K
 
 
 def unit_of(robot: Robot, key: Key) -> str:
-    """Return the SI unit of a number.
-
-    Examples:
-        >>> from unmodelled.systems.robot.compile import compiled
-        >>> robot = compiled('''<mujoco><worldbody><body><joint name="rail" type="slide" damping="3"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
-        >>> unit_of(robot, ("rail", "damping"))
-        'N s/m'
-    """
+    """Return the SI unit of a number."""
     element, quantity = key
     if quantity in OF_BODIES:
         return "kg" if quantity == "mass" else "m" if quantity.startswith("com_") else "kg m^2"

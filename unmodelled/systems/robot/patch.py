@@ -24,18 +24,7 @@ class Patched:
 
 
 def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
-    """Return a robot file with other numbers.
-
-    What MuJoCo then reads of the file is compared with the wanted numbers.
-
-    Examples:
-        >>> arm = '''<mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>'''
-        >>> print(patched(arm, "rod.xml", {("pin", "frictionloss"): 0.2}).text)
-        <mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0" frictionloss="0.2" />
-          <geom size="0.1" /></body></worldbody></mujoco>
-        <BLANKLINE>
-    """
+    """Return a robot file with other numbers, and those of them that MuJoCo then does not read of it."""
     robot = compiled(text, where)
     found, written = numbers(robot), text
     all_of_it = consistent(robot, {**found, **wanted})

@@ -25,15 +25,7 @@ class Units:
 
 
 def units_of(joint: Joint) -> Units:
-    """Return the units at a joint.
-
-    Examples:
-        >>> from unmodelled.systems.robot.compile import compiled
-        >>> robot = compiled('''<mujoco><worldbody><body name="cart"><joint name="rail" type="slide"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
-        >>> units_of(robot.joints[0]).effort
-        'N'
-    """
+    """Return the units at a joint."""
     return Units("m", "m/s", "N", "kg") if joint.slides else Units("rad", "rad/s", "N m", "kg m^2")
 
 
@@ -52,12 +44,7 @@ class Property:
         return f"{self.element}_{self.quantity}"
 
     def matches(self, pattern: str) -> bool:
-        """Return whether a pattern such as "*.armature" names the number.
-
-        Examples:
-            >>> Property("elbow", "armature", 0.01, "kg m^2").matches("*.armature")
-            True
-        """
+        """Return whether a pattern such as "*.armature" names the number."""
         return fnmatchcase(f"{self.element}.{self.quantity}", pattern)
 
 

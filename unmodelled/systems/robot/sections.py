@@ -35,9 +35,8 @@ def with_robot(
 ) -> tuple[dict[str, Node], RobotModel]:
     """Return the sections of a system file with those of its robot, and the robot.
 
-    The inputs and outputs of the system file are all that the system has; without them, those of the robot
-    are. In all other sections, entries of the system file are added to those of the robot. Where the robot
-    has an entry of the same name, the fields of the system file replace its fields.
+    Inputs and outputs of the system file replace those of the robot. In all other sections its entries are
+    added, and its fields replace those of an entry of the same name.
     """
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)

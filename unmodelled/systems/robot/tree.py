@@ -94,10 +94,5 @@ def _plain(elements: list[ET.Element]) -> list[ET.Element]:
 
 
 def row(*numbers: float) -> str:
-    """Return numbers as an attribute holds them, with ten digits.
-
-    Examples:
-        >>> row(0.1, -2.0)
-        '0.1 -2'
-    """
+    """Return numbers as an attribute holds them, with ten digits."""
     return " ".join(f"{number + 0.0:.10g}" for number in numbers)
