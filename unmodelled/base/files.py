@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import json
 import math
@@ -14,7 +15,6 @@ from secrets import token_hex
 from typing import Any
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.exchange import exchange
 from unmodelled.base.leftovers import locked, remove_leftovers
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.base.ownership import (
@@ -26,6 +26,11 @@ from unmodelled.base.ownership import (
     mark,
     missing_marker,
 )
+
+#: Of Linux's renameat2: the working directory as the start of relative paths, and the exchange (linux/fs.h).
+_AT_FDCWD, _RENAME_EXCHANGE = -100, 2
+#: What a system or a file system says that cannot exchange two names.
+_UNKNOWN = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
 
 
 @contextmanager
@@ -105,6 +110,18 @@ def put_folder(new: Path, path: Path) -> None:
         return
     new.replace(old)  # a growing folder's name is free for another run
     _remove(old)
+
+
+def exchange(one: Path, other: Path) -> bool:
+    """Exchange the names of two folders of one file system, and return whether the system can do that."""
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if rename is None:
+        return False
+    if rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0:
+        return True
+    if (code := ctypes.get_errno()) in _UNKNOWN:
+        return False
+    raise OSError(code, os.strerror(code), str(one), None, str(other))
 
 
 def _put_in_two_steps(new: Path, path: Path, old: Path) -> None:

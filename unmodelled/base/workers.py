@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import sys
@@ -30,8 +29,6 @@ interrupted = threading.Event()
 _ended_by: int = signal.SIGINT
 #: Seconds until an interruption that could not be raised is tried again.
 _LATER = 0.05
-#: Of Linux's prctl: choose the signal that a process gets when its parent ends (sys/prctl.h).
-_PR_SET_PDEATHSIG = 1
 
 
 class _Processes(ProcessPoolExecutor):
@@ -143,12 +140,6 @@ def leave(code: int) -> NoReturn:
         sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
-
-
-def end_with_parent(number: int) -> None:
-    """Make Linux send a signal to this process when its parent ends; other systems are left alone."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
 
 
 def _watch_parent() -> None:
