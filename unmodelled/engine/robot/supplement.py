@@ -72,10 +72,10 @@ class Supplement:
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
         parts = {f.name: content.get(f.name, {}) for f in fields(cls)}
-        elements = parts["numbers"] if _is_object(parts["numbers"]) else {"": None}
+        elements = parts["numbers"] if isinstance(parts["numbers"], dict) else {"": None}
         numbers = [parts["values"], parts["starts"], *elements.values()]
         texts = [parts["forces"], parts["rates"]]
-        if not all(map(_is_object, [*numbers, *texts])):
+        if not all(isinstance(entries, dict) for entries in [*numbers, *texts]):
             raise BadInput(f"{path}: {', '.join(parts)} must be objects: give the file of diagnose")
         if not all(_is_number(value) for entries in numbers for value in entries.values()):
             raise BadInput(f"{path}: a number is missing or not finite: give the file of diagnose")
@@ -175,10 +175,6 @@ def _index(model: Any, kind: str, element: str, where: str) -> int:
     if element not in names:
         raise BadInput(f"{where}: the robot has no {kind} {element!r}{closest(element, names)}")
     return names.index(element)
-
-
-def _is_object(entries: Any) -> bool:
-    return isinstance(entries, dict)
 
 
 def _is_number(value: Any) -> bool:

@@ -8,7 +8,6 @@ from functools import cached_property
 
 from unmodelled.systems.robot.bodies import Actuator, Robot
 from unmodelled.systems.robot.links import Link, Tree
-from unmodelled.systems.robot.properties import units_of
 
 #: Text of a number of the file, given by element, quantity and value: the number, or a parameter's name.
 Written = Callable[[str, str, float], str]
@@ -37,7 +36,7 @@ class Drives:
         """Entry of each input, by its name."""
         if not self.robot.actuators:
             joints = [self.robot.joints[k] for k in self.tree.leaders]
-            return {f"tau_{joint.name}": {"unit": units_of(joint).effort} for joint in joints}
+            return {f"tau_{joint.name}": {"unit": joint.units.effort} for joint in joints}
         moving = [a for a in self.robot.actuators if a.joint in self._links]
         return {f"u_{a.name}": {"unit": input_unit(self.robot, a)} for a in moving}
 
@@ -46,10 +45,14 @@ class Drives:
         """Outputs of the joints that follow another one, by name."""
         found = {}
         for link in (link for links in self.tree.followers.values() for link in links):
-            joint, units = self.robot.joints[link.joint], units_of(self.robot.joints[link.joint])
+            joint = self.robot.joints[link.joint]
             q, qd = self._motion(link)
-            found[f"q_{joint.name}"] = {"unit": units.position, "column": joint.written, "expression": q}
-            found[f"qd_{joint.name}"] = {"unit": units.speed, "expression": qd}
+            found[f"q_{joint.name}"] = {
+                "unit": joint.units.position,
+                "column": joint.written,
+                "expression": q,
+            }
+            found[f"qd_{joint.name}"] = {"unit": joint.units.speed, "expression": qd}
         return found
 
     @cached_property
@@ -58,10 +61,8 @@ class Drives:
         found = {}
         for actuator in self.robot.actuators:
             if actuator.timeconst and actuator.joint in self._links:
-                unit, wanted = (
-                    input_unit(self.robot, actuator),
-                    _clipped(f"u_{actuator.name}", actuator.inputs),
-                )
+                unit = input_unit(self.robot, actuator)
+                wanted = _clipped(f"u_{actuator.name}", actuator.inputs)
                 slow = self.written(actuator.name, "timeconst", actuator.timeconst)
                 name = activation(actuator.name)
                 drive = f"drive_{self.robot.joints[self._links[actuator.joint].leader].name}"
@@ -170,7 +171,7 @@ def activation(actuator: str) -> str:
 
 def input_unit(robot: Robot, actuator: Actuator) -> str:
     """Return the unit of the input of an actuator."""
-    units = units_of(robot.joints[actuator.joint])
+    units = robot.joints[actuator.joint].units
     if actuator.is_servo:
         return units.position if actuator.kp else units.speed
     return units.effort if actuator.gain == 1.0 else "1"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,15 @@ class Coupling:
     offset: float  # rad or m
 
 
+class Units(NamedTuple):
+    """Units of the coordinate, speed, torque or force, and armature of a joint."""
+
+    position: str
+    speed: str
+    effort: str
+    inertia: str
+
+
 @dataclass(frozen=True)
 class Joint:
     """Hinge or slide joint."""
@@ -50,6 +60,11 @@ class Joint:
     rest: float  # coordinate at which the spring is at rest, rad or m
     frictionloss: float  # dry friction of the file, N m or N
     follows: Coupling | None = None  # gear to another joint (`mimic` in a URDF); None: it moves by itself
+
+    @property
+    def units(self) -> Units:
+        """Units of its numbers."""
+        return Units("m", "m/s", "N", "kg") if self.slides else Units("rad", "rad/s", "N m", "kg m^2")
 
 
 @dataclass(frozen=True)

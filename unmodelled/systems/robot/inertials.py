@@ -92,17 +92,13 @@ def _inertial(link: ET.Element, where: str) -> Inertial:
 
 
 def _mended(inertial: Inertial, how: Mapping[str, str], where: str) -> Inertial:
-    least = {key: value_of(how.get(key, "0"), f"{where}: compiler", key) for key in _BOUNDS}
-    moments = (
-        np.maximum(inertial.moments, least["boundinertia"]) if least["boundinertia"] else inertial.moments
-    )
-    mass = max(inertial.mass, least["boundmass"]) if least["boundmass"] else inertial.mass
+    bounds = (value_of(how.get(k, "0"), f"{where}: compiler", k) for k in ("boundmass", "boundinertia"))
+    least_mass, least_moment = bounds
+    mass = max(inertial.mass, least_mass) if least_mass else inertial.mass
+    moments = np.maximum(inertial.moments, least_moment) if least_moment else inertial.moments
     if how.get("balanceinertia") == "true" and moments[0] + moments[1] < moments[2]:
         moments = np.full(3, moments.mean())
     return Inertial(mass, inertial.com, moments, inertial.axes)
-
-
-_BOUNDS = ("boundmass", "boundinertia")
 
 
 def _child(parent: ET.Element, tag: str) -> ET.Element:

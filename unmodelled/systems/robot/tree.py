@@ -47,7 +47,8 @@ class RobotTree:
         else:
             bodies = [body for world in root.findall("worldbody") for body in _bodies(world)]
             joints = [joint for body in bodies for joint in _inside(body, "joint")]
-            found = {"body": bodies, "joint": joints, "actuator": _plain(root.findall("actuator/*"))}
+            actuators = [e for e in root.findall("actuator/*") if isinstance(e.tag, str)]  # no comments
+            found = {"body": bodies, "joint": joints, "actuator": actuators}
         named = {
             # MuJoCo's first body is the world
             kind: {plain_name(e.get("name") or f"{kind}{k}"): e for k, e in enumerate(elements, start=1)}
@@ -86,11 +87,6 @@ def _inside(body: ET.Element, tag: str) -> Iterator[ET.Element]:
             yield element
         elif element.tag == "frame":
             yield from _inside(element, tag)
-
-
-def _plain(elements: list[ET.Element]) -> list[ET.Element]:
-    """Elements without the comments between them."""
-    return [element for element in elements if isinstance(element.tag, str)]
 
 
 def row(*numbers: float) -> str:
