@@ -56,9 +56,9 @@ def tree_size(expression: sp.Expr) -> tuple[int, int]:
     return parts, depth
 
 
-def derivative_size(expression: sp.Expr) -> int:
-    """Return an upper bound of the number of nodes of a derivative, without differentiating."""
-    return _sizes(expression)[1]
+def has_large_derivative(expression: sp.Expr) -> bool:
+    """Return whether a derivative may have too many nodes, without differentiating."""
+    return _sizes(expression)[1] > LARGEST_DERIVATIVE
 
 
 def _sizes(expression: sp.Expr) -> tuple[int, int]:

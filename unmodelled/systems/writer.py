@@ -138,14 +138,8 @@ class _Text:
 
     def _port(self, port: Port) -> dict[str, str]:
         entries = {"effort": port.effort, "unit": _quoted(port.unit)}
-        if port.position is not None:
-            entries["position"] = port.position
-        if port.velocity is not None:
-            entries["velocity"] = port.velocity
-        if port.load is not None:
-            entries["load"] = port.load
-        if port.kind is not None:
-            entries["kind"] = port.kind
+        named = {"position": port.position, "velocity": port.velocity, "load": port.load, "kind": port.kind}
+        entries |= {key: name for key, name in named.items() if name is not None}
         if port.law is not None:
             entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
         return entries
