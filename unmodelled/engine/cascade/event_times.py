@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 #: What the generated code depends on besides the model, seen from the folder of the engine.
 _GENERATOR = (
     *(f"compiled/{name}.py" for name in ("layout", "scalars", "source", "printer")),
-    *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops", "lanes")),
+    *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops")),
     *("../systems/functions.py", "../systems/procedure.py", "../systems/tables.py"),
 )
 #: Samples that one thread works on at a time.

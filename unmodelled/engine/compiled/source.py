@@ -247,9 +247,7 @@ def tables(system: System, code: str) -> list[str]:
             if f"table_{k}_{order}(" not in code:
                 continue
             knots, c = table.pieces(order)
-            held = "0.0 * x" if order else None
-            low = held or f"{float(table.y[0])!r}"
-            high = held or f"{float(table.y[-1])!r}"
+            low, high = ("0.0 * x" if order else repr(float(y)) for y in (table.y[0], table.y[-1]))
             parts.append(
                 f"KNOTS_{k}_{order} = np.array({knots.tolist()!r})\n"
                 f"PIECES_{k}_{order} = np.array({c.T.tolist()!r})\n\n\n"

@@ -7,24 +7,9 @@ import math
 import numpy as np
 from numba import types
 
+from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.layout import LANES, Array, Block, LayoutType, entry, jit
-from unmodelled.engine.compiled.loops import (
-    COMMON,
-    ONE,
-    WIDE,
-    Indices,
-    Rows,
-    backward,
-    collect,
-    f,
-    fill,
-    forward,
-    i,
-    load_constants,
-    new_block,
-    new_room,
-    place,
-)
+from unmodelled.engine.compiled.loops import COMMON, ONE, WIDE, Indices, Rows, f, i, place
 
 
 @jit()
@@ -95,13 +80,13 @@ def batch_gradient(evaluate, pull, at, w, room, gp, gW, starts, owner, Xd, drive
             first[lane] = starts[min(block + lane, B - 1)]
             for j in range(at.states):
                 xs[j * LANES + lane] = Xd[first[lane], j]
-        load_constants(w, at, C, first, owner)
-        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        loops.load_constants(w, at, C, first, owner)
+        loops.forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
         left = min(LANES, B - block)
         share = 1.0 / (B * steps)
         loss += adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty)
-        backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
-        collect(w, at, gp, gW)
+        loops.backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        loops.collect(w, at, gp, gW)
     return loss
 
 
@@ -163,11 +148,11 @@ def train(
     of the gradients (2, trained) and (2, weights).
     """
     driven, how = (U, C, T), (steps, substeps, period, hold, stages)
-    w, room = new_block(at, weights, scale, gain), new_room(at, steps, substeps, stages)
+    w, room = loops.new_block(at, weights, scale, gain), loops.new_room(at, steps, substeps, stages)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
     for b in range(len(starts)):
-        fill(w, at.weights, weights)
+        loops.fill(w, at.weights, weights)
         losses[b] = batch_gradient(
             evaluate, pull, at, w, room, gp, gW, starts[b], owner, Xd, driven, how, p, C_x, penalty
         )

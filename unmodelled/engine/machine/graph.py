@@ -24,33 +24,13 @@ Instruction = tuple[int, int, int, int, int, int]  # opcode, destination, source
 #: What a node changes with, from seldom to often: nothing or the lane, time and inputs, states.
 LANE, DRIVEN, STATE = range(3)
 
+_ALIKE = ("sin", "cos", "exp", "tanh", "log", "asin", "acos", "atan", "atan2", "sinh", "cosh")
+_CORNERS = ("sgn", "step", "greater", "at_least", "equal", "select")
 ONE_TO_ONE: dict[type[sp.Basic], Op] = {
-    sp.sin: Op.SIN,
-    sp.cos: Op.COS,
-    sp.exp: Op.EXP,
-    sp.tanh: Op.TANH,
-    sp.log: Op.LOG,
-    sp.asin: Op.ASIN,
-    sp.acos: Op.ACOS,
-    sp.atan: Op.ATAN,
-    sp.atan2: Op.ATAN2,
-    sp.sinh: Op.SINH,
-    sp.cosh: Op.COSH,
-    sp.Abs: Op.ABS,
-    sp.sign: Op.SGN,
-    sp.floor: Op.FLOOR,
-    sp.Min: Op.MIN,
-    sp.Max: Op.MAX,
-    f.absolute: Op.ABS,
-    f.sgn: Op.SGN,
-    f.step: Op.STEP,
-    f.whole: Op.FLOOR,
-    f.minimum: Op.MIN,
-    f.maximum: Op.MAX,
-    f.greater: Op.GREATER,
-    f.at_least: Op.AT_LEAST,
-    f.equal: Op.EQUAL,
-    f.select: Op.SELECT,
+    **{getattr(sp, name): Op[name.upper()] for name in _ALIKE},
+    **{getattr(f, name): Op[name.upper()] for name in _CORNERS},
+    **{f.absolute: Op.ABS, f.whole: Op.FLOOR, f.minimum: Op.MIN, f.maximum: Op.MAX},
+    **{sp.Abs: Op.ABS, sp.sign: Op.SGN, sp.floor: Op.FLOOR, sp.Min: Op.MIN, sp.Max: Op.MAX},
 }
 #: Powers up to this are products.
 HIGHEST_PRODUCT = 8
