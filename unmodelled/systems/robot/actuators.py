@@ -45,14 +45,10 @@ class Drives:
         """Outputs of the joints that follow another one, by name."""
         found = {}
         for link in (link for links in self.tree.followers.values() for link in links):
-            joint = self.robot.joints[link.joint]
-            q, qd = self._motion(link)
-            found[f"q_{joint.name}"] = {
-                "unit": joint.units.position,
-                "column": joint.written,
-                "expression": q,
-            }
-            found[f"qd_{joint.name}"] = {"unit": joint.units.speed, "expression": qd}
+            joint, (q, qd) = self.robot.joints[link.joint], self._motion(link)
+            units, column = joint.units, joint.written
+            found[f"q_{joint.name}"] = {"unit": units.position, "column": column, "expression": q}
+            found[f"qd_{joint.name}"] = {"unit": units.speed, "expression": qd}
         return found
 
     @cached_property

@@ -1,4 +1,4 @@
-"""All numbers of a robot that a patched file can change, by element and quantity."""
+"""All numbers of a robot that a patched file can change, and those that can be parameters of a system."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def numbers(robot: Robot) -> dict[Key, float]:
     for b in robot.bodies:
         inertias = (float(b.inertia[i, j]) for i, j in PAIRS)
         rows.append((b.name, OF_BODIES, (b.mass, *b.com.tolist(), *inertias)))
-    return {(name, quantity): v for name, of, row in rows for quantity, v in zip(of, row, strict=True)}
+    return {(name, q): value for name, qs, row in rows for q, value in zip(qs, row, strict=True)}
 
 
 @dataclass(frozen=True)
