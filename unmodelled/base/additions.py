@@ -10,10 +10,7 @@ from unmodelled.base.errors import BadInput
 
 
 def additions(group: str, kind: str, attribute: str) -> Iterator[tuple[str, Any]]:
-    """Yield the objects of a group of entry points, each after its name in messages: "law drag (mine:DRAG)".
-
-    An object that cannot be loaded is refused, and so is one without `attribute`.
-    """
+    """Yield the objects of a group of entry points after their names in messages: "law drag (mine:DRAG)"."""
     for point in entry_points(group=group):
         name = f"{kind} {point.name} ({point.value})"
         try:

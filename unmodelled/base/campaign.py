@@ -20,20 +20,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Campaign:
-    """All experiments of one measurement campaign, frozen.
+    """All experiments of one measurement campaign, frozen."""
 
-    Attributes:
-        experiments: table with a row per experiment: `exp` (its id), factors and labels.
-        signals: samples by name of the signal, each of shape (samples,), the experiments one after the other,
-            in SI units.
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        provenance: origin of the data; it travels with the data to every page of the report.
-    """
-
-    experiments: pd.DataFrame
-    signals: Mapping[str, NDArray[Any]]
-    offsets: NDArray[np.int64]
-    provenance: Mapping[str, Any]
+    experiments: pd.DataFrame  # a row per experiment: `exp` (its id), factors and labels
+    signals: Mapping[str, NDArray[Any]]  # by name, each (samples,), the experiments one after the other, SI
+    offsets: NDArray[np.int64]  # (experiments + 1,), first samples, and the number of all samples
+    provenance: Mapping[str, Any]  # origin of the data; it travels with them to every page of the report
 
     def __post_init__(self) -> None:
         total = int(self.offsets[-1])

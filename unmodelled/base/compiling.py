@@ -48,9 +48,8 @@ def check_private(folder: Path, within: Path | None = None) -> None:
         )
     if writers:
         raise BadInput(
-            f"{folder}: compiled functions are not cached there, because other users may write to "
-            "it: chmod go-w, "
-            f"or {_ADVICE}"
+            f"{folder}: compiled functions are not cached there, because other users may write to it: "
+            f"chmod go-w, or {_ADVICE}"
         )
 
 
@@ -136,9 +135,8 @@ class _Kept(caching.FunctionCache):  # type: ignore[misc]
         except OSError as error:
             where = Path(self.cache_path).parent
             tell(
-                f"{where}: compiled functions cannot be cached ({error.strerror}), so that every "
-                "start compiles them: "
-                f"free some space, or {_ADVICE}"
+                f"{where}: compiled functions cannot be cached ({error.strerror}), so that every start "
+                f"compiles them: free some space, or {_ADVICE}"
             )
         finally:
             os.umask(before)
@@ -187,14 +185,6 @@ def compiled(function: F) -> F:
     """Compile a function at its first call, without Python's global lock, and cache it on disk.
 
     The compiler may not reorder floating-point sums: a compiled function is copied into each of its callers,
-    and the copies must round alike. Otherwise a training that compiles and one that loads from the cache
-    would give different digits.
-
-    Examples:
-        >>> @compiled
-        ... def square(x):
-        ...     return x * x
-        >>> square(3.0)
-        9.0
+    and the copies must round alike, in a process that compiles and in one that loads from the cache.
     """
     return kept(nogil=True, error_model="numpy")(function)

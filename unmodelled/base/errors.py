@@ -38,18 +38,7 @@ class BadInput(Exception):
 
 
 class Faults:
-    """Collection of independent faults of one input, so that a user sees all of them at once.
-
-    Examples:
-        >>> faults = Faults()
-        >>> faults.add("row 3: omega is empty")
-        >>> faults.add("row 7: time decreases")
-        >>> try:
-        ...     faults.check()
-        ... except BadInput as fault:
-        ...     print(fault, fault.others)
-        row 3: omega is empty ('row 7: time decreases',)
-    """
+    """Collection of independent faults of one input, so that a user sees all of them at once."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -76,12 +65,7 @@ class Faults:
 
 
 def nearest(name: str, known: Collection[str]) -> str | None:
-    """Return the known name that a misspelt name probably stands for.
-
-    Examples:
-        >>> nearest("Thetaa", ["theta", "omega"])
-        'theta'
-    """
+    """Return the known name that a misspelt name probably stands for."""
     plain = {k.lower(): k for k in known}
     found = get_close_matches(name.lower(), plain, 1)
     return plain[found[0]] if found else None
@@ -106,12 +90,7 @@ def closest(name: str, known: Collection[str]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text with its control characters as escapes, so that a terminal shows it as it is.
-
-    Examples:
-        >>> printable("arm\\x1b[2J")
-        'arm\\\\x1b[2J'
-    """
+    """Return a text with its control characters as escapes, so that a terminal shows it as it is."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import json
 import math
@@ -14,7 +15,6 @@ from secrets import token_hex
 from typing import Any
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.exchange import exchange
 from unmodelled.base.leftovers import locked, remove_leftovers
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.base.ownership import (
@@ -27,19 +27,15 @@ from unmodelled.base.ownership import (
     missing_marker,
 )
 
+#: Of Linux's renameat2: the working directory as the start of relative paths, and the exchange (linux/fs.h).
+_AT_FDCWD, _RENAME_EXCHANGE = -100, 2
+#: What a system or a file system says that cannot exchange two names.
+_UNKNOWN = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
+
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file name beside `path`; rename the file to `path` if the block succeeds.
-
-    Examples:
-        >>> import tempfile
-        >>> folder = Path(tempfile.mkdtemp())
-        >>> with replacing(folder / "result.txt") as temporary:
-        ...     _ = temporary.write_text("42")
-        >>> (folder / "result.txt").read_text()
-        '42'
-    """
+    """Yield a temporary file name beside `path`; rename the file to `path` if the block succeeds."""
     temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -54,10 +50,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def claim(path: Path) -> None:
-    """Mark the output folder of the running verb as its own, before a file is written into it.
-
-    `replacing` does this in the process of the verb. Call it before worker processes write the files.
-    """
+    """Mark the output folder of the running verb, as `replacing` does, before workers write files."""
     if (claimed := missing_marker(path)) is not None:
         marker, text = claimed
         with replacing(marker) as temporary:
@@ -68,8 +61,7 @@ def claim(path: Path) -> None:
 def replacing_folder(path: Path) -> Iterator[Path]:
     """Yield an empty temporary folder beside `path`; it replaces `path` if the block succeeds.
 
-    Only a folder that the same verb made is replaced (`check_replaceable`). A folder `.hydra` in `path` is
-    kept. Temporary folders that killed runs left beside `path` are removed in the end.
+    Only a folder that the same verb made is replaced. A folder `.hydra` in `path` is kept.
     """
     temporary = _temporary(path)
     try:
@@ -89,9 +81,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def extending_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary copy of the folder `path`, to which the block adds files; it replaces `path` as a
-    whole.
-    """
+    """Yield a copy of the folder `path`, to which the block adds files; it replaces `path` as a whole."""
     with replacing_folder(path) as new:
         if path.is_dir():
             shutil.copytree(path, new, ignore=shutil.ignore_patterns(MARKER, RECORD), dirs_exist_ok=True)
@@ -122,6 +112,18 @@ def put_folder(new: Path, path: Path) -> None:
     _remove(old)
 
 
+def exchange(one: Path, other: Path) -> bool:
+    """Exchange the names of two folders of one file system, and return whether the system can do that."""
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if rename is None:
+        return False
+    if rename(_AT_FDCWD, os.fsencode(one), _AT_FDCWD, os.fsencode(other), _RENAME_EXCHANGE) == 0:
+        return True
+    if (code := ctypes.get_errno()) in _UNKNOWN:
+        return False
+    raise OSError(code, os.strerror(code), str(one), None, str(other))
+
+
 def _put_in_two_steps(new: Path, path: Path, old: Path) -> None:
     superseded = False  # noted, not looked up: what took the old one's place may itself be on its way out
     try:
@@ -148,12 +150,7 @@ def _remove(folder: Path) -> None:
 
 
 def hidden(path: Path, mark: str) -> Path:
-    """Return a hidden name beside `path`, which git, DVC and searches for results ignore.
-
-    Examples:
-        >>> hidden(Path("fits/model.json"), "7").as_posix()
-        'fits/.model.json.7.tmp'
-    """
+    """Return a hidden name beside `path`, which git, DVC and searches for results ignore."""
     check_named(path)
     return path.with_name(f".{path.name}.{mark}.tmp")
 
@@ -175,20 +172,7 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
 
 
 def write_json(path: Path, content: Any) -> None:
-    """Write an object as indented JSON with sorted keys, so that equal results are equal files.
-
-    Examples:
-        >>> import tempfile
-        >>> path = Path(tempfile.mkdtemp()) / "result.json"
-        >>> write_json(path, {"rmse": 0.25, "name": "motor"})
-        >>> print(path.read_text(), end="")
-        {
-         "name": "motor",
-         "rmse": 0.25
-        }
-        >>> read_json(path)["rmse"]
-        0.25
-    """
+    """Write an object as indented JSON with sorted keys, so that equal results are equal files."""
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n")
 

@@ -26,8 +26,7 @@ LIBRARY = Path(__file__).parents[1]
 def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] = ()) -> Iterator[Path]:
     """Yield a hidden folder that becomes `path` if the block succeeds, and that is kept if the run is killed.
 
-    A later call with the same `about` and the same program continues with the files of the killed run;
-    otherwise the hidden folder is emptied first. Without such a restart use `replacing_folder`.
+    A later call with the same `about` and the same program continues with its files, any other one without.
     """
     growing = hidden(path, "growing")
     identity = {"about": json.loads(json.dumps(about)), "code": _code((LIBRARY, *code))}
@@ -81,10 +80,9 @@ def _code(folders: Collection[Path]) -> str:
 
 
 def run_jobs(jobs: Mapping[str, Callable[[], object]], workers: int, description: str) -> None:
-    """Call all jobs, in worker processes of one thread each; a single job, or a single worker, runs in this
-    process.
+    """Call all jobs, also if some fail, in worker processes of one thread each.
 
-    If a job fails, the others are still run.
+    A single job, or a single worker, runs in this process.
     """
     failed: list[Exception] = []
     with Counter(len(jobs), description) as counter:

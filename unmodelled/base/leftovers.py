@@ -42,13 +42,12 @@ def remove_abandoned(path: Path) -> bool:
     match = ON_ITS_WAY.fullmatch(path.name)
     writer = int(match[2]) if match else os.getpid()
     try:
-        if path.is_symlink() or not path.is_dir():
-            if psutil.pid_exists(writer):
-                return False
+        is_file = path.is_symlink() or not path.is_dir()
+        if (is_file or writer != os.getpid()) and psutil.pid_exists(writer):
+            return False
+        if is_file:
             path.unlink()
             return True
-        if writer != os.getpid() and psutil.pid_exists(writer):
-            return False
         with locked(path):
             if not path.is_dir():  # another process was faster
                 return False

@@ -39,10 +39,7 @@ _KINDS = {
 
 
 def check_file(path: Path, factor: float = 1.0) -> None:
-    """Refuse a file that is endless or too large for the free memory, before it is opened.
-
-    A missing file is not refused here: opening it gives the better message.
-    """
+    """Refuse a file that is endless or too large for the free memory; opening a missing one tells more."""
     try:
         about = path.stat()
     except (OSError, ValueError):
@@ -54,15 +51,7 @@ def check_file(path: Path, factor: float = 1.0) -> None:
 
 
 def check_memory(what: Path | str, needed: float) -> None:
-    """Refuse content that takes more than a quarter of the free memory.
-
-    Examples:
-        >>> check_memory("run1.csv", 1e6)
-        >>> check_memory("run1.csv", 1e18)
-        Traceback (most recent call last):
-            ...
-        unmodelled.base.errors.BadInput: run1.csv: is too large: would take 1e+09 GB of memory, ...
-    """
+    """Refuse content that takes more than a quarter of the free memory."""
     if not fits(needed):
         left = available()
         raise BadInput(
@@ -111,8 +100,7 @@ def _allowed(left: int) -> float:
 def available() -> int:
     """Return the memory that this process can still take, in bytes.
 
-    The smallest value counts: free memory of the machine, of the control groups (Linux) or of the process
-    limit.
+    The smallest value counts: of the machine, of the control groups (Linux) or of the process limit.
     """
     return max(0, min(int(psutil.virtual_memory().available), *_left_in_groups(), _left_to_process()))
 

@@ -42,18 +42,12 @@ class Out(Enum):
 
 @dataclass(frozen=True)
 class OutputPlace:
-    """Output of a verb and the inputs that may contain it.
-
-    Attributes:
-        out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
-        inside: names of input arguments (folders searched for results of many verbs) that `out` may lie
-            inside; default none.
-        beside: names of input arguments (folders of a user's files) into which `out` may be written; default
-            none.
-    """
+    """Output of a verb and the inputs that may contain it."""
 
     out: Out = Out.FOLDER
+    #: input arguments (folders searched for results of many verbs) that `out` may lie inside
     inside: frozenset[str] = frozenset()
+    #: input arguments (folders of a user's files) into which `out` may be written
     beside: frozenset[str] = frozenset()
 
 
@@ -74,9 +68,7 @@ _RUNNING = ContextVar("_RUNNING", default=_NONE)
 def verb(
     out: Out = Out.FOLDER, inside: Collection[str] = (), beside: Collection[str] = ()
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator that makes a function a verb: an `out` that would overwrite foreign files is refused
-    first.
-    """
+    """Make a function a verb: an `out` that would overwrite foreign files is refused first."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         signature, place = inspect.signature(function), OutputPlace(out, frozenset(inside), frozenset(beside))
@@ -104,9 +96,7 @@ def verb(
 
 
 def _check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuse an argument that a configuration file of another kind made, such as a model of another
-    machine.
-    """
+    """Refuse an argument that a configuration of another kind made, such as a model of another machine."""
     for name, value in given.items():
         kind = function.__globals__.get(str(function.__annotations__.get(name)))
         if isinstance(kind, type) and is_dataclass(kind) and not isinstance(value, kind | None):
@@ -131,8 +121,7 @@ def _carried(given: Mapping[str, Any]) -> dict[str, Path]:
 def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
     """Write the folder `out` as the verb `verb` would; a verb that is running already stays in charge.
 
-    Results that are saved from Python so get the same refusals and the same `MARKER` as those of the command
-    line, and either may replace the other's folder.
+    Results that are saved from Python so get the same refusals and the same `MARKER`.
     """
     if _RUNNING.get() is not _NONE:
         yield
@@ -256,10 +245,7 @@ def mark(new: Path, path: Path) -> None:
 
 
 def missing_marker(path: Path) -> tuple[Path, str] | None:
-    """Return the marker that the output folder of the running verb lacks.
-
-    The marker lists no files, because a verb that writes single files into its folder removes none.
-    """
+    """Return the marker, without files, that the output folder of the running verb lacks."""
     running = _RUNNING.get()
     if running.own is None or running.own not in path.absolute().parents or path.name == MARKER:
         return None

@@ -86,15 +86,7 @@ def _with_texts(path: Path, table: pa.Table, schema: pa.Schema) -> pa.Table:
 
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Read a Parquet file as a DataFrame.
-
-    Examples:
-        >>> import tempfile
-        >>> path = Path(tempfile.mkdtemp()) / "table.parquet"
-        >>> write_parquet(pd.DataFrame({"time": [0.0, 0.1], "omega": [1.5, 1.6]}), path)
-        >>> read_parquet(path, ["omega"])["omega"].tolist()
-        [1.5, 1.6]
-    """
+    """Read a Parquet file as a DataFrame."""
     table = read_arrow(path, columns)
     try:
         # pandas notes in the file which column is an index and which has another name: all are columns here

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from multiprocessing import parent_process
-from types import TracebackType
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 if TYPE_CHECKING:
@@ -41,17 +40,7 @@ def say(what: str) -> None:
 
 
 class Counter:
-    """Progress of one piece of work with its remaining time; a nested counter is shown below the outer one.
-
-    Args:
-        total: number of items.
-        description: text of the progress bar.
-
-    Examples:
-        >>> with Counter(2, "simulating") as counter:
-        ...     for k in range(2):
-        ...         counter.update(k + 1)
-    """
+    """Progress of some work with its remaining time; a nested counter is shown below the outer one."""
 
     def __init__(self, total: int, description: str) -> None:
         self.total, self.description = total, description
@@ -63,9 +52,7 @@ class Counter:
     def __enter__(self) -> Counter:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._task is not None:
             _Bars.remove(self._task)
 
@@ -84,12 +71,7 @@ class Counter:
 
 
 def track(items: Iterable[T], total: int, description: str) -> Iterator[T]:
-    """Iterate over items and show the progress.
-
-    Examples:
-        >>> [k**2 for k in track(range(3), 3, "squaring")]
-        [0, 1, 4]
-    """
+    """Iterate over items and show the progress."""
     with Counter(total, description) as counter:
         for done, item in enumerate(items, start=1):
             yield item

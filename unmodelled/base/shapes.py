@@ -28,20 +28,8 @@ def read_shaped(path: Path, shape: Shape) -> Any:
     return content
 
 
-def check_shape(path: Path, content: Any, shape: Shape) -> None:
-    """Refuse the content of a JSON file if its structure differs from the expected one.
-
-    Examples:
-        >>> check_shape(Path("fit.json"), {"rmse": [0.1, 0.2]}, {"rmse": [float]})
-        >>> check_shape(Path("fit.json"), {"rmse": [0.1, "low"]}, {"rmse": [float]})
-        Traceback (most recent call last):
-            ...
-        unmodelled.base.errors.BadInput: fit.json: rmse[1]: must be a number, got 'low'
-    """
-    _check(path, "", content, shape)
-
-
-def _check(path: Path, place: str, content: Any, shape: Shape) -> None:
+def check_shape(path: Path, content: Any, shape: Shape, place: str = "") -> None:
+    """Refuse the content of a JSON file, at a place in it, if its structure differs from the expected one."""
     if not _fits(content, shape):
         raise BadInput(f"{path}:{place and f' {place}:'} must be {_expected(shape)}, got {_shown(content)}")
     if isinstance(shape, tuple):
@@ -55,10 +43,10 @@ def _check(path: Path, place: str, content: Any, shape: Shape) -> None:
                 if key in content:
                     name = key if key.isprintable() and len(key) < 60 else "..."
                     inner = known.get(key, known.get("*"))
-                    _check(path, f"{place}.{name}" if place else name, content[key], inner)
+                    check_shape(path, content[key], inner, f"{place}.{name}" if place else name)
         case [each]:
             for k, inner in enumerate(content):
-                _check(path, f"{place}[{k}]", inner, each)
+                check_shape(path, inner, each, f"{place}[{k}]")
 
 
 def _fits(content: Any, shape: Shape) -> bool:

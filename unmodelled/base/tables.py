@@ -13,10 +13,7 @@ from unmodelled.base.limits import NUMBERS, check_file
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table of results as `path`.parquet, or as `path`.csv if pyarrow is not installed.
-
-    Numbers keep every digit in both formats.
-    """
+    """Write a table with every digit as `path`.parquet, or as `path`.csv if pyarrow is not installed."""
     try:
         from unmodelled.base.parquet import write_parquet
     except ModuleNotFoundError:

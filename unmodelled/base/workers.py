@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
 import signal
 import sys
@@ -30,8 +29,6 @@ interrupted = threading.Event()
 _ended_by: int = signal.SIGINT
 #: Seconds until an interruption that could not be raised is tried again.
 _LATER = 0.05
-#: Of Linux's prctl: choose the signal that a process gets when its parent ends (sys/prctl.h).
-_PR_SET_PDEATHSIG = 1
 
 
 class _Processes(ProcessPoolExecutor):
@@ -61,13 +58,7 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextmanager
 def threads_of(workers: int) -> Iterator[ThreadPoolExecutor]:
-    """Yield a pool of threads of this process.
-
-    Examples:
-        >>> with threads_of(2) as pool:
-        ...     list(pool.map(abs, [-1, 2, -3]))
-        [1, 2, 3]
-    """
+    """Yield a pool of threads of this process."""
     with _ended(ThreadPoolExecutor(workers), waits=False) as pool:
         yield pool
 
@@ -87,10 +78,9 @@ def _ended(pool: T, waits: bool) -> Iterator[T]:
 
 
 def limit_threads() -> None:
-    """Limit numerical libraries to one thread each, unless the user has set another number.
+    """Limit numerical libraries that are not loaded yet to one thread each, unless the user has set a number.
 
-    Call it before the libraries are loaded. Matrices here are so small that threads mostly wait for each
-    other; work that profits from several cores runs in several processes.
+    Matrices here are so small that threads mostly wait for each other.
     """
     for library in NUMERICAL:
         os.environ.setdefault(library, "1")
@@ -107,9 +97,7 @@ def _interrupt(number: int, _: object) -> NoReturn:
 
 
 def heed_interruptions() -> None:
-    """Let the first Ctrl-C or SIGTERM raise KeyboardInterrupt in this process, and the second one end it at
-    once.
-    """
+    """Let the first Ctrl-C or SIGTERM raise KeyboardInterrupt, and the second one end the process."""
 
     def again(about: sys.UnraisableHookArgs) -> None:
         if not issubclass(about.exc_type, KeyboardInterrupt):
@@ -133,8 +121,7 @@ def exit_code() -> int:
 def ignore_interruptions() -> None:
     """Let Ctrl-C and SIGTERM do nothing from now on, because all results are written.
 
-    Python itself would end by the signal, not by the exit code, if one came while it shuts down. Only a
-    process that heeds interruptions is changed.
+    Python itself would end by the signal, not by the exit code, if one came while it shuts down.
     """
     for number in SIGNALS:
         if signal.getsignal(number) is _interrupt:
@@ -153,12 +140,6 @@ def leave(code: int) -> NoReturn:
         sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
-
-
-def end_with_parent(number: int) -> None:
-    """Make Linux send a signal to this process when its parent ends; other systems are left alone."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
 
 
 def _watch_parent() -> None:

@@ -25,20 +25,13 @@ STAGES: dict[Method, tuple[tuple[float, float, float], ...]] = {
 
 @dataclass(frozen=True)
 class Integration:
-    """Method and step by which a free run is integrated.
+    """Method and step by which a free run is integrated."""
 
-    Attributes:
-        period: sampling period, s.
-        method: explicit method: "euler", or "rk4", the Runge-Kutta method of order four.
-        substeps: integration steps per sample.
-        hold: course of the inputs between samples, one number for all or one for each: 0 holds the value
-            until the next sample, 1 goes straight to the next sample's value. Generated kernels take one for
-            all.
-    """
-
-    period: float
+    period: float  # sampling period, s
     method: Method = "euler"
-    substeps: int = 1
+    substeps: int = 1  # integration steps per sample
+    #: course of the inputs between samples: 0 holds the value until the next sample, 1 goes straight to the
+    #: next value; one for all, or one for each (not in generated kernels)
     hold: float | tuple[float, ...] = 0.0
 
     @property
@@ -57,23 +50,14 @@ class Integration:
 
 
 class Windows(NamedTuple):
-    """Starts of free runs, and what drives them.
+    """Starts of free runs, and what drives them."""
 
-    Attributes:
-        u: inputs at the samples, shape (rows, inputs); further tables of the same samples may follow.
-        t: time of the samples, shape (samples,), s.
-        start: first samples, shape (windows,).
-        steps: numbers of samples that follow, shape (windows,).
-        owner: numbers of the experiments whose parameters and constants count, shape (windows,).
-        shift: rows of `u` before the table that a set of parameters reads, shape (sets,).
-    """
-
-    u: Array
-    t: Array
-    start: Indices
-    steps: Indices
-    owner: Indices
-    shift: Indices
+    u: Array  # (rows, inputs), at the samples; further tables of the same samples may follow
+    t: Array  # (samples,), s
+    start: Indices  # (windows,), first samples
+    steps: Indices  # (windows,), numbers of samples that follow
+    owner: Indices  # (windows,), experiments whose parameters and constants count
+    shift: Indices  # (sets,), rows of `u` before the table that a set of parameters reads
 
     def checked(self) -> "Windows":
         """Return the same windows with the memory layout that compiled loops read."""
@@ -87,19 +71,12 @@ class Windows(NamedTuple):
 
 
 class Sizes(NamedTuple):
-    """Numbers of the quantities of a system.
-
-    Attributes:
-        states: number of states.
-        inputs: number of inputs.
-        parameters: number of parameters.
-        constants: number of constants of the operating point.
-    """
+    """Numbers of the quantities of a system."""
 
     states: int
     inputs: int
     parameters: int
-    constants: int
+    constants: int  # constants of the operating point
 
 
 class Backend(Protocol):
@@ -129,25 +106,8 @@ class Backend(Protocol):
 def free_run(backend: Backend, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
     """Simulate all windows for all sets of parameters.
 
-    Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-    states) in SI; gives (windows, sets, most steps + 1, observed).
-
-    Examples:
-        A pendulum swings from rest at 0.1 rad, without torque, for 0.2 s.
-
-        >>> import numpy as np
-        >>> from pathlib import Path
-        >>> from unmodelled.engine.machine.program import Program
-        >>> from unmodelled.systems.reader import read_system
-        >>> system = read_system(Path("systems/pendulum.yaml"))
-        >>> nothing = np.zeros(1, np.int64)
-        >>> t = 0.01 * np.arange(21)
-        >>> windows = Windows(np.zeros((21, 1)), t, nothing, nothing + 20, nothing, nothing)
-        >>> p, x0 = np.array(system.values)[None, None], np.array([[[0.1, 0.0]]])
-        >>> how = Integration(0.01, "rk4")
-        >>> theta = free_run(Program.of(system, system.x[:1]), windows, p, np.empty((1, 0)), x0, how)
-        >>> theta.shape, theta[0, 0, ::10, 0].round(3).tolist()
-        ((1, 1, 21, 1), [0.1, 0.072, 0.005])
+    Takes p (experiments, sets, parameters), c (experiments, constants) and x0 (windows, sets, states) in SI;
+    gives (windows, sets, most steps + 1, observed).
     """
     windows, sizes = windows.checked(), backend.sizes
     experiments, sets = int(windows.owner.max(initial=-1)) + 1, len(windows.shift)

@@ -29,15 +29,11 @@ _FITTED = ("identify", "bounds", "per_experiment")
 
 @dataclass
 class Names:
-    """Names of a system file that expressions can use.
+    """Names of a system file that expressions can use."""
 
-    Attributes:
-        kinds: kind ("state", "input", ...) and line number of each name.
-        refused: whether a name was refused, so that expressions may use names that do not exist.
-    """
-
+    #: kind ("state", "input", ...) and line number of each name
     kinds: dict[str, tuple[str, int]] = field(default_factory=dict)
-    refused: bool = False
+    refused: bool = False  # whether a name was refused, so that expressions may use names that do not exist
 
     def add(self, name: str, kind: str, node: Node) -> str:
         """Register a new name."""
@@ -64,33 +60,19 @@ def checked_name(name: str, node: Node) -> str:
 
 @dataclass
 class Declarations:
-    """Declarations of a system file, in its order; outputs and ports do not have their expressions yet.
+    """Declarations of a system file, in its order; outputs and ports do not have their expressions yet."""
 
-    Attributes:
-        states: declared states, without initial values that are written as text.
-        inputs: declared inputs.
-        outputs: declared outputs; each expression is the symbol of the output's name.
-        operating_point: declared constants of single experiments.
-        parameters: declared parameters.
-        ports: declared ports, without their known laws.
-        tables: characteristics, read from their CSV files.
-        names: all names that expressions can use.
-        units: unit of each state, input, constant, parameter and effort.
-        output_units: unit of each output.
-        faulty: names whose declaration has a fault; what uses them cannot be checked.
-    """
-
-    states: list[State] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)  # without initial values that are texts
     inputs: list[Input] = field(default_factory=list)
-    outputs: list[Output] = field(default_factory=list)
+    outputs: list[Output] = field(default_factory=list)  # with the symbol of their names as expression
     operating_point: list[Constant] = field(default_factory=list)
     parameters: list[Parameter] = field(default_factory=list)
-    ports: list[Port] = field(default_factory=list)
+    ports: list[Port] = field(default_factory=list)  # without their known laws
     tables: list[Table] = field(default_factory=list)
     names: Names = field(default_factory=Names)
-    units: dict[str, Unit] = field(default_factory=dict)
+    units: dict[str, Unit] = field(default_factory=dict)  # also those of efforts
     output_units: dict[str, Unit] = field(default_factory=dict)
-    faulty: set[str] = field(default_factory=set)
+    faulty: set[str] = field(default_factory=set)  # names with a fault; what uses them cannot be checked
 
     @property
     def without_units(self) -> bool:

@@ -29,18 +29,11 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 @dataclass(frozen=True)
 class Node:
-    """Part of a system file with its place.
-
-    Attributes:
-        file: path of the system file.
-        line: line number, from 1.
-        place: dotted path of keys, such as "parameters.J.value".
-        content: text (None if empty), mapping or list.
-    """
+    """Part of a system file with its place."""
 
     file: Path
-    line: int
-    place: str
+    line: int  # counted from 1
+    place: str  # dotted path of keys, such as parameters.J.value
     content: str | dict[str, Node] | list[Node] | None
 
     @property
@@ -144,10 +137,7 @@ def load_yaml(path: Path, kind: str = "system") -> Node:
 
 
 def file_beside(node: Node, largest: int) -> Path:
-    """Return the path of a file that a system file names.
-
-    Takes largest in bytes.
-    """
+    """Return the path of a file of at most `largest` bytes that a system file names."""
     folder = node.file.parent.resolve()
     written = Path(node.text())
     try:

@@ -11,51 +11,28 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.printing.mathml import MathMLPresentationPrinter
 
-from unmodelled.systems import functions
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import System, symbol
+from unmodelled.systems.printing import NAMES
 from unmodelled.systems.robot.model import RobotModel
 from unmodelled.systems.scope import Value, scope_of
 from unmodelled.systems.tables import Table
 
-#: How functions with corners are written in a file.
-_WRITTEN = {
-    functions.sgn: "sign",
-    functions.step: "heaviside",
-    functions.whole: "floor",
-    functions.minimum: "min",
-    functions.maximum: "max",
-    functions.select: "where",
-}
-
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation of a system.
+    """One equation of a system."""
 
-    Attributes:
-        kind: "signal", "law", "dynamics", "output", "event" (expression that is zero at the event) or "then"
-            (dynamics after the event).
-        text: right-hand side as written in the file.
-        mathml: whole equation as presentation MathML.
-    """
-
+    #: signal, law, dynamics, output, event (expression that is zero at it) or then (dynamics after it)
     kind: str
-    text: str
-    mathml: str
+    text: str  # right-hand side as written in the file
+    mathml: str  # whole equation as presentation MathML
 
 
 def equations(system: System) -> list[Equation]:
     """Return signals, known laws, dynamics, outputs and events of a system as equations.
 
     Equations that were not read from a file, and so have no text, are left out.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> [(each.kind, each.text) for each in equations(pendulum)]
-        [('dynamics', 'omega'), ('dynamics', '(torque - b*omega - mgl*sin(theta) - tau)/J')]
     """
     scope = scope_of(system)
     states = set(system.x)
@@ -98,7 +75,7 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
         self.tables, self.robot = tables, robot
 
     def mathml_tag(self, e: object) -> str:
-        return _WRITTEN.get(type(e)) or str(super().mathml_tag(e))
+        return NAMES.get(type(e)) or str(super().mathml_tag(e))
 
     def _print_AppliedUndef(self, e: AppliedUndef) -> object:
         return self._print(sp.Symbol(e.func.__name__))
@@ -116,14 +93,15 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def _print_lookup(self, e: sp.Expr) -> object:
         table, x, order = e.args
-        row = self.dom.createElement("mrow")
-        row.appendChild(self._print(sp.Symbol(self.tables[int(table)].name + int(order) * "′")))
-        row.appendChild(self._paren_comma_separated(x))
-        return row
+        return self._called(self.tables[int(table)].name + int(order) * "′", [x])
 
     def _print_evaluated(self, e: sp.Expr) -> object:
         function = self.robot.function(e) if self.robot is not None else None
-        name, arguments = ("", e.args[1:]) if function is None else (function.name, function.written(e))
+        if function is None:
+            return self._called("", e.args[1:])
+        return self._called(function.name, function.written(e))
+
+    def _called(self, name: str, arguments: Sequence[sp.Expr]) -> object:
         row = self.dom.createElement("mrow")
         row.appendChild(self._print(sp.Symbol(name)))
         row.appendChild(self._paren_comma_separated(*arguments))
@@ -140,6 +118,5 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
 
     def doprint(self, expr: sp.Expr) -> str:
         # XML knows no entities of MathML like &InvisibleTimes;
-        return re.sub(
-            r"&(?!(?:lt|gt|amp|quot);)\w+;", lambda m: html.unescape(m[0]), self._print(expr).toxml()
-        )
+        text = self._print(expr).toxml()
+        return re.sub(r"&(?!(?:lt|gt|amp|quot);)\w+;", lambda m: html.unescape(m[0]), text)

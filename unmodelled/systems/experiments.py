@@ -16,28 +16,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Experiments:
-    """Experiments on one clock: inputs, operating points and initial states.
+    """Experiments on one clock: inputs, operating points and initial states."""
 
-    Attributes:
-        u: inputs of shape (L, T, inputs), sampled every `period`, linear in between.
-        period: sampling period in s.
-        c: constants of the operating point, shape (L, constants).
-        x0: states at t = 0, shape (L, states).
-
-    Raises:
-        BadInput: if a number is not finite, or if the period is not positive.
-        ValueError: if the shapes do not match.
-
-    Examples:
-        >>> runs = Experiments(np.zeros((2, 5, 1)), 0.1, np.zeros((2, 0)), np.ones((2, 2)))
-        >>> len(runs), runs.steps(0.2)
-        (2, 2)
-    """
-
-    u: Array
-    period: float
-    c: Array
-    x0: Array
+    u: Array  # (L, T, inputs), sampled every `period`, linear in between
+    period: float  # sampling period, s
+    c: Array  # (L, constants), operating points
+    x0: Array  # (L, states), at t = 0
 
     def __post_init__(self) -> None:
         if not (self.u.ndim == 3 and self.c.ndim == self.x0.ndim == 2):
@@ -56,22 +40,11 @@ class Experiments:
         return len(self.u)
 
     def only(self, members: Sequence[int] | NDArray[np.int64]) -> Experiments:
-        """Return some of the experiments.
-
-        Takes members (K,).
-        """
+        """Return some of the experiments, members (K,)."""
         return replace(self, u=self.u[members], c=self.c[members], x0=self.x0[members])
 
     def input(self, t: Array | float) -> Array:
-        """Return the inputs at given times, interpolated linearly and held beyond the ends.
-
-        Takes t (..., L); gives (..., L, inputs).
-
-        Examples:
-            >>> runs = Experiments(np.array([[[0.0], [1.0]]]), 0.1, np.zeros((1, 0)), np.zeros((1, 1)))
-            >>> runs.input(0.05).tolist()
-            [[0.5]]
-        """
+        """Return inputs (..., L, inputs) at times t (..., L), linear in between and held beyond the ends."""
         last = self.u.shape[1] - 1
         place = np.clip(np.asarray(t) / self.period, 0.0, last)
         k = np.minimum(place.astype(np.int64), max(0, last - 1))
@@ -97,17 +70,7 @@ def event_named(system: System, name: str) -> Event:
 
 
 def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
-    """Return parameter values in which some parameters are multiples of their nominal values.
-
-    Takes theta (S, n); gives (S, k).
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> scaled_parameters(pendulum, ["J"], np.array([[1.0], [1.5]])).tolist()
-        [[0.02, 0.01, 1.2], [0.03, 0.01, 1.2]]
-    """
+    """Return parameters (S, k) of which some are multiples theta (S, n) of their nominal values."""
     values = np.array(system.values)
     index = uncertain_indices(system, uncertain)
     theta = np.asarray(theta, np.float64)

@@ -21,12 +21,7 @@ class Corner(sp.Function):  # type: ignore[misc]
 
 
 class sgn(Corner):
-    """Sign of the argument: -1, 0 or 1.
-
-    Examples:
-        >>> sgn(sp.Integer(-3))
-        -1
-    """
+    """Sign of the argument: -1, 0 or 1."""
 
     nargs = 1
 
@@ -36,12 +31,7 @@ class sgn(Corner):
 
 
 class step(Corner):
-    """Unit step: 0 for a negative argument, 1 for a positive one, 1/2 at zero.
-
-    Examples:
-        >>> step(sp.Integer(2)), step(sp.Integer(0))
-        (1, 1/2)
-    """
+    """Unit step: 0 for a negative argument, 1 for a positive one, 1/2 at zero."""
 
     nargs = 1
 
@@ -51,12 +41,7 @@ class step(Corner):
 
 
 class whole(Corner):
-    """Floor: the largest integer that does not exceed the argument.
-
-    Examples:
-        >>> whole(sp.Float(2.7))
-        2
-    """
+    """Floor: the largest integer that does not exceed the argument."""
 
     nargs = 1
 
@@ -84,13 +69,7 @@ class equal(Corner):
 
 
 class absolute(sp.Function):  # type: ignore[misc]
-    """Absolute value; its derivative is `sgn`.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> sp.diff(absolute(x), x)
-        sgn(x)
-    """
+    """Absolute value; its derivative is `sgn`."""
 
     nargs = 1
     is_real = True
@@ -158,13 +137,7 @@ _OWN = {
 
 
 def sanitised(expression: sp.Expr) -> sp.Expr:
-    """Return an expression with SymPy's own functions with corners replaced and delta functions removed.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> sanitised(sp.sqrt(x**2))
-        absolute(x)
-    """
+    """Return an expression with SymPy's own functions with corners replaced and delta functions removed."""
     for theirs, ours in _OWN.items():
         if expression.has(theirs):
             expression = expression.replace(theirs, lambda x, *_, ours=ours: ours(x))
@@ -172,11 +145,5 @@ def sanitised(expression: sp.Expr) -> sp.Expr:
 
 
 def gradient(expression: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
-    """Return the derivatives of an expression by several symbols, ready for code generation.
-
-    Examples:
-        >>> x, y = sp.symbols("x y", real=True)
-        >>> gradient(absolute(x) * y, (x, y))
-        (y*sgn(x), absolute(x))
-    """
+    """Return the derivatives of an expression by several symbols, ready for code generation."""
     return tuple(sanitised(sp.diff(expression, s)) for s in symbols)

@@ -23,14 +23,7 @@ SystemGiven: TypeAlias = System | Path | str | HasSystem
 
 
 def system_of(given: SystemGiven) -> System:
-    """Return the system that a caller gives.
-
-    Examples:
-        >>> import unmodelled as um
-        >>> system, _ = um.example("pendulum")
-        >>> system_of(system.source) == system_of(system)
-        True
-    """
+    """Return the system that a caller gives."""
     if isinstance(given, str | Path):
         return read_system(given)
     found: Any = given if isinstance(given, System) else getattr(given, "system", None)

@@ -27,30 +27,20 @@ def symbol(name: str) -> sp.Symbol:
 
 @dataclass(frozen=True)
 class State:
-    """State of a system.
-
-    Attributes:
-        name: name in the system file.
-        unit: SI unit, as written.
-        initial: value at the start of an experiment, in `unit`, for a state that no output measures: an
-            expression of inputs, parameters, constants and measured states at that time; default 0.
-    """
+    """State of a system."""
 
     name: str
-    unit: str
+    unit: str  # SI unit, as written
+    #: value at the start of an experiment, for a state that no output measures: expression of inputs,
+    #: parameters, constants and measured states at that time
     initial: sp.Expr = sp.S.Zero
 
 
 class Logged:
-    """Column of a log or of experiments.csv, in a unit of its own.
+    """Column of a log or of experiments.csv, in a unit of its own."""
 
-    Attributes:
-        unit: SI unit, as written.
-        logged: unit of the column, where it is not `unit`.
-    """
-
-    unit: str
-    logged: LoggedUnit | None
+    unit: str  # SI unit, as written
+    logged: LoggedUnit | None  # unit of the column, where it is not `unit`
 
     @property
     def column_unit(self) -> str:
@@ -72,25 +62,15 @@ class Logged:
 
 @dataclass(frozen=True)
 class Input(Logged):
-    """Logged input of a system.
-
-    Attributes:
-        name: name in the system file.
-        unit: SI unit, as written.
-        column: column of the log.
-        delay: time in s by which the input acts later than logged (earlier if negative); default 0.
-        commanded: whether the log has the set point of a drive, default True; False: what acts was measured.
-        logged: unit of the column, where it is not `unit`; default None.
-        hold: whether the input keeps its value until the next sample, as the output of a digital controller
-            does; default False: it runs straight to the value of the next sample.
-    """
+    """Logged input of a system."""
 
     name: str
-    unit: str
+    unit: str  # SI unit, as written
     column: str
-    delay: float = 0.0
-    commanded: bool = True
-    logged: LoggedUnit | None = None
+    delay: float = 0.0  # time by which it acts later than logged, s; negative: earlier
+    commanded: bool = True  # whether the log has the set point of a drive, not what acts
+    logged: LoggedUnit | None = None  # unit of the column, where it is not `unit`
+    #: whether the value is kept until the next sample, as by a digital controller, not a straight line
     hold: bool = False
 
     @property
@@ -101,47 +81,30 @@ class Input(Logged):
 
 @dataclass(frozen=True)
 class Output(Logged):
-    """Logged output of a system.
-
-    Attributes:
-        name: name in the system file.
-        unit: SI unit, as written.
-        column: column of the log.
-        expression: measured quantity in terms of states, inputs, parameters and constants.
-        delay: age in s of the value that the sensor reports; default 0.
-        logged: unit of the column, where it is not `unit`; default None.
-    """
+    """Logged output of a system."""
 
     name: str
-    unit: str
+    unit: str  # SI unit, as written
     column: str
-    expression: sp.Expr
-    delay: float = 0.0
-    logged: LoggedUnit | None = None
+    expression: sp.Expr  # measured quantity, of states, inputs, parameters and constants
+    delay: float = 0.0  # age of the value that the sensor reports, s
+    logged: LoggedUnit | None = None  # unit of the column, where it is not `unit`
 
 
 @dataclass(frozen=True)
 class Constant(Logged):
-    """Constant that can differ between experiments (the operating point).
-
-    Attributes:
-        name: name in the system file.
-        unit: SI unit, as written.
-        values: value by id of the experiment, in `unit`; None (default) if it is a column of experiments.csv.
-        other: value for all experiments that `values` does not list; default None: unknown.
-        logged: unit in which the file or the column of experiments.csv has it, where that is not `unit`;
-            default None.
-        identify: whether an experiment that `values` does not list has a number of its own, which a
-            simulation fits to the first half of the experiment from `other` on; default False.
-        bounds: lowest and highest plausible value of such a number, in `unit`; default None.
-    """
+    """Constant that can differ between experiments (the operating point)."""
 
     name: str
-    unit: str
+    unit: str  # SI unit, as written
+    #: values by id of the experiment, in `unit`; None: a column of experiments.csv
     values: Mapping[str, float] | None = None
-    other: float | None = None
-    logged: LoggedUnit | None = None
+    other: float | None = None  # value for all experiments that `values` does not list
+    logged: LoggedUnit | None = None  # unit in which it is written, where that is not `unit`
+    #: whether an experiment that `values` does not list has a number of its own, which a simulation fits to
+    #: the first half of the experiment from `other` on
     identify: bool = False
+    #: lowest and highest plausible value of such a number, in `unit`
     bounds: tuple[float, float] | None = None
 
     def value(self, experiment: str) -> float | None:
@@ -151,24 +114,14 @@ class Constant(Logged):
 
 @dataclass(frozen=True)
 class Parameter:
-    """Constant of the machine.
-
-    Attributes:
-        name: name in the system file.
-        unit: SI unit, as written.
-        value: nominal value, in `unit`.
-        identify: whether the parameter is uncertain and may be fitted; default False.
-        bounds: lowest and highest plausible value, in `unit`; default None.
-        per_experiment: whether every experiment has a value of its own, for the unknown start of a state that
-            no output measures; default False.
-    """
+    """Constant of the machine."""
 
     name: str
-    unit: str
-    value: float
-    identify: bool = False
-    bounds: tuple[float, float] | None = None
-    per_experiment: bool = False
+    unit: str  # SI unit, as written
+    value: float  # nominal value, in `unit`
+    identify: bool = False  # whether it is uncertain and may be fitted
+    bounds: tuple[float, float] | None = None  # lowest and highest plausible value, in `unit`
+    per_experiment: bool = False  # whether each has its own, for the unknown start of a state
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -183,28 +136,18 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Port:
-    """Place in the equations where an effort (force, torque, voltage) can act that the model leaves out.
-
-    Attributes:
-        name: name in the system file.
-        effort: symbol of the effort in the equations; zero in the known model.
-        unit: SI unit of the effort.
-        position: name of the state or signal that is the port's position; default None.
-        velocity: name of the state or signal that is the port's velocity; default None.
-        law: known part of the effort in terms of states, inputs and parameters; default None.
-        load: name of the state, input or signal that is the effort which the gear or screw at the port
-            carries, in the unit of the effort; default None.
-        kind: "power" if effort times velocity is a power; "balance" if the effort is what leaves a balance of
-            heat, fluid or charge per time, and the position is its level; default None: see `domain`.
-    """
+    """Place in the equations where an effort (force, torque, voltage) can act that the model leaves out."""
 
     name: str
-    effort: str
-    unit: str
-    position: str | None = None
-    velocity: str | None = None
-    law: sp.Expr | None = None
+    effort: str  # symbol of the effort in the equations; zero in the known model
+    unit: str  # SI unit of the effort
+    position: str | None = None  # name of a state or signal
+    velocity: str | None = None  # name of a state or signal
+    law: sp.Expr | None = None  # known part of the effort, of states, inputs and parameters
+    #: state, input or signal that is the effort which the gear or screw at the port carries, in `unit`
     load: str | None = None
+    #: "power" if effort times velocity is a power; "balance" if the effort is what leaves a balance of heat,
+    #: fluid or charge per time, and the position is its level; None: see `domain`
     kind: Domain | None = None
 
     @property
@@ -227,17 +170,11 @@ class Port:
 
 @dataclass(frozen=True)
 class Event:
-    """Time at which an expression first falls through zero.
-
-    Attributes:
-        name: name in the system file.
-        expression: expression in terms of states, inputs, parameters, constants and t.
-        then: dynamics of every state after the event; default None: unchanged.
-    """
+    """Time at which an expression first falls through zero."""
 
     name: str
-    expression: sp.Expr
-    then: tuple[sp.Expr, ...] | None = None
+    expression: sp.Expr  # of states, inputs, parameters, constants and t
+    then: tuple[sp.Expr, ...] | None = None  # dynamics of every state after the event; None: unchanged
 
 
 @dataclass(frozen=True, repr=False)
@@ -301,9 +238,7 @@ class System:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on what the equations leave out of a robot, and on ports whose effort makes no power with
-        their velocity.
-        """
+        """Notes on what the equations leave out of a robot, and on ports that make no power."""
         rates = {state.name: state.unit for state in self.states}
         found = [] if self.robot is None else [f"{self.robot.file}: {note}" for note in self.robot.notes]
         for port in self.ports:
@@ -372,9 +307,7 @@ class System:
 
     @cached_property
     def closed(self) -> tuple[sp.Expr, ...]:
-        """Dynamics with every known law inserted; an effort's symbol stands for what acts in addition to its
-        law.
-        """
+        """Dynamics with every known law inserted; the symbol of an effort is what acts beside its law."""
         laws = {symbol(p.effort): symbol(p.effort) + p.law for p in self.ports if p.law is not None}
         return tuple(sanitised(f.xreplace(laws)) for f in self.dynamics)
 

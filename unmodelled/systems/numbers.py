@@ -63,13 +63,7 @@ def shortened(value: sp.Number) -> sp.Number:
 
 
 def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """Return a power of two expressions.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> power(x, sp.Float(2.0))
-        x**2
-    """
+    """Return a power of two expressions."""
     if is_number(exponent):
         exponent = _simple(exponent)
         if is_number(base):

@@ -35,21 +35,10 @@ NUMPY: dict[str, Callable[..., Any]] = {
 def numpy_system_function(
     system: System, expressions: Sequence[sp.Expr], efforts_zero: bool = False
 ) -> SystemFunction:
-    """Return a NumPy function f(t, x, u, e, p, c) that evaluates expressions of a system.
+    """Return a NumPy function f(t, x, u, e, p, c) that evaluates k expressions of a system, shape (..., k).
 
-    The arguments of the function are arrays whose leading axes broadcast: t (...) in s, x (..., states), u
-    (..., inputs), e (..., ports), p (..., parameters) and c (..., constants of the operating point), in SI
-    units.
-
-    Gives (..., k).
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> rates = numpy_system_function(pendulum, pendulum.closed, efforts_zero=True)
-        >>> rates(0.0, [[0.5, 1.0]], [[0.2]], None, pendulum.values, []).round(3).tolist()
-        [[1.0, -19.266]]
+    Its arguments broadcast in leading axes: t (...) in s, x (..., states), u (..., inputs), e (..., ports), p
+    (..., parameters) and c (..., constants of the operating point), in SI units.
     """
     if efforts_zero:
         expressions = [f.xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]

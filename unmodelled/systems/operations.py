@@ -18,29 +18,13 @@ from unmodelled.systems.quantities import Quantity
 
 @dataclass(frozen=True)
 class Operation:
-    """Function or operator that expressions can use.
+    """Function or operator that expressions can use."""
 
-    Attributes:
-        least: smallest number of arguments.
-        most: largest number of arguments.
-        symbolic: function that returns the SymPy expression.
-        numeric: function that returns the value for floating-point arguments.
-        unit: function that returns the unit from the units of the arguments.
-    """
-
-    least: int
-    most: int
-    symbolic: Callable[..., Any]
-    numeric: Callable[..., float]
-    unit: Callable[[Sequence[Quantity]], Quantity]
-
-
-def _minimum(*parts: sp.Expr) -> sp.Expr:
-    return reduce(f.minimum, parts)
-
-
-def _maximum(*parts: sp.Expr) -> sp.Expr:
-    return reduce(f.maximum, parts)
+    least: int  # smallest number of arguments
+    most: int  # largest number of arguments
+    symbolic: Callable[..., Any]  # SymPy expression of the result
+    numeric: Callable[..., float]  # result for floating-point arguments
+    unit: Callable[[Sequence[Quantity]], Quantity]  # unit of the result from those of the arguments
 
 
 def _clip(x: sp.Expr, low: sp.Expr, high: sp.Expr) -> sp.Expr:
@@ -59,24 +43,17 @@ def _sign(x: float) -> float:
 
 _MANY = 100
 
+#: What SymPy and Python call alike.
+_PURE = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log")
+
 FUNCTIONS = {
-    "sin": Operation(1, 1, sp.sin, math.sin, q.pure),
-    "cos": Operation(1, 1, sp.cos, math.cos, q.pure),
-    "tan": Operation(1, 1, sp.tan, math.tan, q.pure),
-    "asin": Operation(1, 1, sp.asin, math.asin, q.pure),
-    "acos": Operation(1, 1, sp.acos, math.acos, q.pure),
-    "atan": Operation(1, 1, sp.atan, math.atan, q.pure),
+    **{name: Operation(1, 1, getattr(sp, name), getattr(math, name), q.pure) for name in _PURE},
     "atan2": Operation(2, 2, sp.atan2, math.atan2, q.ratio),
-    "sinh": Operation(1, 1, sp.sinh, math.sinh, q.pure),
-    "cosh": Operation(1, 1, sp.cosh, math.cosh, q.pure),
-    "tanh": Operation(1, 1, sp.tanh, math.tanh, q.pure),
-    "exp": Operation(1, 1, sp.exp, math.exp, q.pure),
-    "log": Operation(1, 1, sp.log, math.log, q.pure),
     "sqrt": Operation(1, 1, sp.sqrt, math.sqrt, q.root),
     "abs": Operation(1, 1, f.absolute, abs, q.same),
     "sign": Operation(1, 1, f.sgn, _sign, q.flag),
-    "min": Operation(2, _MANY, _minimum, min, q.same),
-    "max": Operation(2, _MANY, _maximum, max, q.same),
+    "min": Operation(2, _MANY, lambda *parts: reduce(f.minimum, parts), min, q.same),
+    "max": Operation(2, _MANY, lambda *parts: reduce(f.maximum, parts), max, q.same),
     "floor": Operation(1, 1, f.whole, math.floor, q.same),
     "mod": Operation(2, 2, _mod, lambda a, b: a - b * math.floor(a / b), q.same),
     "clip": Operation(3, 3, _clip, lambda x, low, high: min(max(x, low), high), q.same),
@@ -96,16 +73,11 @@ COMPARISONS: dict[type[ast.cmpop], Operation] = {
 #: Of any number of terms or factors.
 OPERATORS: dict[type[ast.operator], Operation] = {
     ast.Add: Operation(2, _MANY, sp.Add, lambda *terms: math.fsum(terms), q.same),
-    ast.Mult: Operation(
-        2, _MANY, sp.Mul, lambda *factors: math.prod(factors), lambda p: reduce(q.product, p)
-    ),
+    ast.Mult: Operation(2, _MANY, sp.Mul, lambda *parts: math.prod(parts), lambda p: reduce(q.product, p)),
 }
 #: A difference is a sum and a quotient a product.
 RANKS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Add,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Mult,
-    ast.Div: ast.Mult,
+    **{ast.Add: ast.Add, ast.Sub: ast.Add, ast.Mult: ast.Mult, ast.Div: ast.Mult},
     ast.Pow: ast.Pow,
 }
 

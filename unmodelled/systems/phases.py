@@ -24,35 +24,17 @@ Rates = Callable[[Array | float, Array], Array]  # (t, x) -> x'
 
 @dataclass(frozen=True)
 class Trajectories:
-    """Simulated states and event times of S parameter samples and L experiments.
+    """Simulated states and event times of S parameter samples and L experiments."""
 
-    Attributes:
-        t: time in s, shape (K,).
-        x: states of shape (S, L, K, states).
-        time: event times in s, shape (S, L); nan if the event does not happen.
-    """
-
-    t: Array
-    x: Array
-    time: Array
+    t: Array  # (K,), s
+    x: Array  # (S, L, K, states)
+    time: Array  # (S, L), event times, s; nan if the event does not happen
 
 
 def event_times(
     system: System, event: str, uncertain: Sequence[str], theta: Array, runs: Experiments, step: float
 ) -> Array:
-    """Simulate until an event and return its time, by the NumPy reference.
-
-    Takes theta (S, n); gives (S, L).
-
-    Examples:
-        >>> from unmodelled.systems.model import State, symbol
-        >>> landing = Event("landing", symbol("x"))
-        >>> state, rate = State("x", "m"), sp.Integer(-2)
-        >>> fall = System("fall", (state,), (), (), (), (), (), (), {}, (rate,), {}, (landing,))
-        >>> runs = Experiments(np.zeros((1, 11, 0)), 0.1, np.zeros((1, 0)), np.array([[1.0]]))
-        >>> event_times(fall, "landing", [], np.zeros((1, 0)), runs, 0.1).round(6).tolist()
-        [[0.5]]
-    """
+    """Simulate until an event for parameters theta (S, n); return its times (S, L) by the NumPy reference."""
     moment = replace(event_named(system, event), then=None)
     for _, _, time in _march(system, moment, scaled_parameters(system, uncertain, theta), runs, step):
         if np.isfinite(time).all():
@@ -63,11 +45,7 @@ def event_times(
 def trajectories(
     system: System, event: str, uncertain: Sequence[str], theta: Array, runs: Experiments, step: float
 ) -> Trajectories:
-    """Simulate to the end of the logs: with the first dynamics until the event, with the second ones after
-    it.
-
-    Takes theta (S, n).
-    """
+    """Simulate to the end of the logs, with the second dynamics after the event, for theta (S, n)."""
     p = scaled_parameters(system, uncertain, theta)
     path = [(t, x, time) for t, x, time in _march(system, event_named(system, event), p, runs, step)]
     return Trajectories(np.array([t for t, _, _ in path]), np.stack([x for _, x, _ in path], 2), path[-1][2])
@@ -129,22 +107,14 @@ def _root(start: Array, middle: Array, end: Array) -> Array:
 
 @dataclass(frozen=True)
 class Step:
-    """One Runge-Kutta step that can be evaluated at any point in between.
+    """One Runge-Kutta step that can be evaluated at any point in between."""
 
-    Attributes:
-        x: states at the start of the step, shape (..., states).
-        stages: four stages times the length of the step, each of shape (..., states).
-    """
-
-    x: Array
-    stages: tuple[Array, Array, Array, Array]
+    x: Array  # (..., states), at the start of the step
+    stages: tuple[Array, Array, Array, Array]  # each (..., states), times the length of the step
 
     @classmethod
     def of(cls, rates: Rates, t: Array | float, x: Array, step: Array | float) -> Step:
-        """Compute one step.
-
-        Takes t (...), x (..., states), step (...).
-        """
+        """Compute one step from t (...) and x (..., states); step (...) in s."""
         h = np.asarray(step)[..., None]
         k1 = h * rates(t, x)
         k2 = h * rates(t + 0.5 * step, x + 0.5 * k1)
@@ -152,9 +122,9 @@ class Step:
         return cls(x, (k1, k2, k3, h * rates(t + step, x + k3)))
 
     def at(self, share: Array | float) -> Array:
-        """Return the states within the step: accurate to fourth order at its end, to third order in between.
+        """Return the states (..., states) within the step, at share (..., 1).
 
-        Takes share (..., 1); gives (..., states).
+        They are accurate to fourth order at its end, to third order in between.
         """
         k1, k2, k3, k4 = self.stages
         square, cube = share * share, 2.0 / 3.0 * share**3

@@ -15,19 +15,12 @@ from unmodelled.systems.operations import FUNCTIONS
 from unmodelled.systems.robot.model import RobotModel
 from unmodelled.systems.syntax import LONGEST
 
-_NAMES = {
-    f.absolute: "abs",
-    f.sgn: "sign",
-    f.step: "heaviside",
-    f.whole: "floor",
-    f.minimum: "min",
-    f.maximum: "max",
-    f.select: "where",
-    # of a table at a number, which has no value before the table is known
-    sp.Abs: "abs",
-    sp.sign: "sign",
-    sp.Heaviside: "heaviside",
-    sp.floor: "floor",
+#: Names in a file of functions with corners; SymPy's own are those of a table at a number, whose value it
+#: does not know.
+NAMES = {
+    **{f.absolute: "abs", f.sgn: "sign", f.step: "heaviside", f.whole: "floor", f.select: "where"},
+    **{f.minimum: "min", f.maximum: "max"},
+    **{sp.Abs: "abs", sp.sign: "sign", sp.Heaviside: "heaviside", sp.floor: "floor"},
 }
 _COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
 
@@ -35,13 +28,7 @@ _COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
 def printed(
     expression: sp.Expr, names: Collection[str], tables: Sequence[str], robot: RobotModel | None = None
 ) -> str:
-    """Return an expression as text of a system file, with numbers in full precision.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> printed(2 * sp.Abs(x) + sp.sin(x), ["x"], [])
-        'sin(x) + 2*abs(x)'
-    """
+    """Return an expression as text of a system file, with numbers in full precision."""
     expression = f.sanitised(expression)
     expression = expression.replace(sp.Min, lambda *parts: reduce(f.minimum, parts))
     expression = expression.replace(sp.Max, lambda *parts: reduce(f.maximum, parts))
@@ -64,11 +51,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def _print_Float(self, expr: Any) -> str:
         return repr(float(expr))
 
-    def _print_NumberSymbol(self, expr: Any) -> str:
-        return repr(float(expr))
-
-    _print_Exp1 = _print_NumberSymbol
-    _print_Pi = _print_NumberSymbol
+    _print_NumberSymbol = _print_Exp1 = _print_Pi = _print_Float
 
     def _print_Function(self, expr: Any) -> str:
         if expr.func in _COMPARISONS:
@@ -76,7 +59,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
             return f"({left} {_COMPARISONS[expr.func]} {right})"
         if expr.func is f.lookup:
             return self._table(*expr.args)
-        name = _NAMES.get(expr.func, expr.func.__name__)
+        name = NAMES.get(expr.func, expr.func.__name__)
         if name not in FUNCTIONS:
             raise ValueError(f"a system file has no function {name!r}")
         if expr.func is f.minimum and expr.args[0].func is f.maximum:
@@ -100,11 +83,5 @@ class _Printer(StrPrinter):  # type: ignore[misc]
     def emptyPrinter(self, expr: Any) -> str:
         raise ValueError(f"a system file has no words for {type(expr).__name__}")
 
-    _print_ImaginaryUnit = emptyPrinter
-    _print_Piecewise = emptyPrinter
-    _print_Infinity = emptyPrinter
-    _print_NegativeInfinity = emptyPrinter
-    _print_ComplexInfinity = emptyPrinter
-    _print_NaN = emptyPrinter
-    _print_Relational = emptyPrinter
-    _print_Derivative = emptyPrinter
+    _print_ImaginaryUnit = _print_Piecewise = _print_Relational = _print_Derivative = emptyPrinter
+    _print_Infinity = _print_NegativeInfinity = _print_ComplexInfinity = _print_NaN = emptyPrinter

@@ -22,24 +22,6 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
     """Calculation of one number, without the steps and inputs that do not influence the number.
 
     Two procedures with the same inputs, steps and result are equal.
-
-    Args:
-        inputs: symbols that the steps may use.
-        steps: symbol and expression of each step, in terms of inputs and earlier steps.
-        result: expression in terms of inputs and steps.
-
-    Attributes:
-        inputs: symbols that influence the result, in the given order.
-        steps: steps that lead to the result, in the given order.
-        result: expression of the result.
-
-    Examples:
-        >>> x, y, s = sp.symbols("x y s", real=True)
-        >>> area = Procedure((x, y), ((s, x + 1),), s**2)
-        >>> area.inputs
-        (x,)
-        >>> area.slope(0).result
-        2*s
     """
 
     is_commutative = True
@@ -112,15 +94,7 @@ class evaluated(sp.Function):  # type: ignore[misc]
 
     @classmethod
     def at(cls, procedure: Procedure, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-        """Return the result of a procedure as an expression.
-
-        Examples:
-            >>> x, y, s = sp.symbols("x y s", real=True)
-            >>> area = evaluated.at(Procedure((x,), ((s, x + 1),), s**2), {x: 3 * y})
-            >>> steps, (slope,) = expanded([sp.diff(area, y)])
-            >>> slope.xreplace(dict(steps)).subs(dict(steps)).subs(y, 1)
-            24
-        """
+        """Return the result of a procedure as an expression."""
         if not procedure.steps and is_simple(procedure.result):
             return procedure.result.xreplace(dict(values))
         return cls(procedure, *(values[x] for x in procedure.inputs))
@@ -143,13 +117,7 @@ def _with_slopes(
 
 
 def is_simple(expression: sp.Expr) -> bool:
-    """Return whether an expression needs no step of its own: a number, a symbol, or one times the other.
-
-    Examples:
-        >>> x = sp.Symbol("x", real=True)
-        >>> is_simple(2 * x), is_simple(x + 1)
-        (True, False)
-    """
+    """Return whether an expression needs no step of its own: a number, a symbol, or one times the other."""
     factors = expression.args if expression.is_Mul else (expression,)
     if not all(factor.is_Symbol or factor.is_Number for factor in factors):
         return False
@@ -164,14 +132,7 @@ def expanded(expressions: Sequence[sp.Expr]) -> tuple[list[Step], list[sp.Expr]]
 
 
 def common_parts(expressions: Sequence[sp.Expr], **how: Any) -> tuple[list[Step], list[sp.Expr]]:
-    """Return common parts of expressions like `sympy.cse`, and calls of procedures as their steps.
-
-    Examples:
-        >>> x, s = sp.symbols("x s", real=True)
-        >>> area = evaluated.at(Procedure((x,), ((s, x + 1),), s**2), {x: x})
-        >>> common_parts([area])
-        ([(_step_0, x + 1)], [_step_0**2])
-    """
+    """Return common parts of expressions like `sympy.cse`, and calls of procedures as their steps."""
     steps, rest = expanded(list(expressions))
     parts, results = sp.cse(rest, **how)
     return [*steps, *parts], results
@@ -211,10 +172,7 @@ class _Expansion:
 
 
 def scope_for(values: Mapping[sp.Symbol, Any], scopes: list[dict[sp.Symbol, Any]]) -> dict[sp.Symbol, Any]:
-    """Return what is known where the inputs of a procedure have some values.
-
-    Calls whose common inputs have the same values share a scope, and so the steps that are done there.
-    """
+    """Return what is known for some values of inputs; calls with the same values share their steps."""
     for scope in scopes:
         if all(scope.get(x, value) == value for x, value in values.items()):
             break

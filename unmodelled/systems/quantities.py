@@ -17,13 +17,7 @@ from unmodelled.systems.units import ONE, SECOND, Dimension
 
 
 class UnitsDiffer(Exception):
-    """Conflict of two arguments that must have the same unit.
-
-    Args:
-        first: index of one argument.
-        second: index of the other argument.
-        dimensions: dimensions of both.
-    """
+    """Conflict of two arguments, given by their indices, that must have the same unit."""
 
     def __init__(self, first: int, second: int, dimensions: tuple[Dimension, Dimension]) -> None:
         super().__init__(first, second)
@@ -32,11 +26,7 @@ class UnitsDiffer(Exception):
 
 
 class NotDimensionless(Exception):
-    """Argument with a unit where none is allowed.
-
-    Args:
-        dimension: dimension of the argument.
-    """
+    """Argument with a unit where none is allowed."""
 
     def __init__(self, dimension: Dimension) -> None:
         super().__init__(dimension)
@@ -45,19 +35,12 @@ class NotDimensionless(Exception):
 
 @dataclass(frozen=True)
 class Quantity:
-    """Dimension of a part of an expression.
+    """Dimension of a part of an expression."""
 
-    Attributes:
-        dimension: exponents of the base units; None if unknown.
-        number: whether the part is a plain number; default False.
-        scaled: whether a plain number multiplies the part; default False.
-        constant: whether the part contains a parameter or a constant; default False.
-    """
-
-    dimension: Dimension | None
-    number: bool = False
-    scaled: bool = False
-    constant: bool = False
+    dimension: Dimension | None  # None if unknown
+    number: bool = False  # whether the part is a plain number
+    scaled: bool = False  # whether a plain number multiplies the part
+    constant: bool = False  # whether the part contains a parameter or a constant
 
     @property
     def settled(self) -> Dimension | None:

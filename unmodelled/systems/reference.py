@@ -20,21 +20,7 @@ Equations = Callable[[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]
 
 
 def torch_equations(system: System, expressions: Sequence[sp.Expr]) -> Equations:
-    """Return a PyTorch function f(t, x, u, e, p, c) that evaluates expressions of a system.
-
-    The arguments have the shapes that `numpy_system_function` describes; results are differentiable.
-
-    Gives (..., k).
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> rates = torch_equations(pendulum, pendulum.closed)
-        >>> arrays = 0.0, [0.5, 1.0], [0.2], [0.0], pendulum.values, []  # t, x, u, e, p, c
-        >>> rates(*(torch.tensor(each, dtype=torch.float64) for each in arrays))
-        tensor([  1.0000, -19.2655], dtype=torch.float64)
-    """
+    """Return a PyTorch function of the shape (..., k) like `numpy_system_function`, with gradients."""
     arguments = [(TIME,), system.x, system.u, system.e, system.p, system.c]
     modules = [_functions(system), vars(torch)]
     # dummify: a user's names are then never names in the code

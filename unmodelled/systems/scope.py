@@ -18,38 +18,23 @@ LARGEST_DERIVATIVE = 4 * LARGEST
 
 @dataclass(frozen=True)
 class Value:
-    """Expression with its unit and the size of its tree.
-
-    Attributes:
-        expression: SymPy expression.
-        quantity: dimension, as far as it is known; default unknown.
-        size: number of nodes of the tree; default 1.
-        depth: depth of the tree; default 1.
-    """
+    """Expression with its unit and the size of its tree."""
 
     expression: sp.Expr
     quantity: Quantity = UNKNOWN
-    size: int = 1
-    depth: int = 1
+    size: int = 1  # number of nodes of the tree
+    depth: int = 1  # depth of the tree
 
 
 @dataclass(frozen=True)
 class Scope:
-    """Names that an expression can use.
-
-    Attributes:
-        values: expressions by name.
-        tables: number of each table by name; default none.
-        states: names that diff() can differentiate by; default none.
-        refused: reason by name, for names that exist but are not allowed here; default none.
-        functions: functions of a robot by name; default none.
-    """
+    """Names that an expression can use."""
 
     values: Mapping[str, Value]
-    tables: Mapping[str, int] = field(default_factory=dict)
-    states: Collection[str] = ()
-    refused: Mapping[str, str] = field(default_factory=dict)
-    functions: Mapping[str, MotionFunction] = field(default_factory=dict)
+    tables: Mapping[str, int] = field(default_factory=dict)  # number of each table
+    states: Collection[str] = ()  # names that diff() can differentiate by
+    refused: Mapping[str, str] = field(default_factory=dict)  # reasons for names that are not allowed here
+    functions: Mapping[str, MotionFunction] = field(default_factory=dict)  # functions of a robot
 
 
 def scope_of(system: System) -> Scope:
@@ -63,13 +48,7 @@ def scope_of(system: System) -> Scope:
 
 
 def tree_size(expression: sp.Expr) -> tuple[int, int]:
-    """Return the number of nodes and the depth of an expression tree.
-
-    Examples:
-        >>> x = sp.Symbol("x")
-        >>> tree_size(sp.sin(x) + 1)
-        (4, 3)
-    """
+    """Return the number of nodes and the depth of an expression tree."""
     parts, depth, level = 0, 0, [expression]
     while level:
         parts, depth = parts + len(level), depth + 1
@@ -77,9 +56,9 @@ def tree_size(expression: sp.Expr) -> tuple[int, int]:
     return parts, depth
 
 
-def derivative_size(expression: sp.Expr) -> int:
-    """Return an upper bound of the number of nodes of a derivative, without differentiating."""
-    return _sizes(expression)[1]
+def has_large_derivative(expression: sp.Expr) -> bool:
+    """Return whether a derivative may have too many nodes, without differentiating."""
+    return _sizes(expression)[1] > LARGEST_DERIVATIVE
 
 
 def _sizes(expression: sp.Expr) -> tuple[int, int]:

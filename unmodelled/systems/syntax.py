@@ -41,12 +41,7 @@ def shown(text: str) -> str:
 
 
 def names(text: str) -> list[str]:
-    """Return the words of a text in order, whether or not the text is an expression.
-
-    Examples:
-        >>> names("2*x + sin(t)")
-        ['x', 'sin', 't']
-    """
+    """Return the words of a text in order, whether or not the text is an expression."""
     return re.findall(r"(?<![\w.])[A-Za-z_]\w*", text, re.ASCII)
 
 

@@ -14,30 +14,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Table:
-    """Characteristic y(x) through measured points, constant beyond its ends.
-
-    Attributes:
-        name: name in expressions.
-        x: increasing abscissas, at least two.
-        y: ordinates, one per abscissa.
-        kind: interpolation, "cubic" (spline with not-a-knot ends, the default) or "linear".
-
-    Examples:
-        >>> Table("spring", (0.0, 1.0, 2.0), (0.0, 3.0, 4.0), "linear")(np.array([0.5, 5.0])).tolist()
-        [1.5, 4.0]
-    """
+    """Characteristic y(x) through measured points, constant beyond its ends."""
 
     name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    kind: Literal["cubic", "linear"] = "cubic"
+    x: tuple[float, ...]  # increasing, at least two
+    y: tuple[float, ...]  # one per abscissa
+    kind: Literal["cubic", "linear"] = "cubic"  # spline with not-a-knot ends, or straight lines
 
     @cache  # noqa: B019 - a table is immutable and lives as long as its system
     def pieces(self, order: int = 0) -> tuple[Array, Array]:
-        """Return knots and polynomial coefficients of a derivative.
-
-        Gives (n,) and (4, n - 1).
-        """
+        """Return knots (n,) and polynomial coefficients (4, n - 1) of a derivative."""
         from scipy.interpolate import CubicSpline, PPoly
 
         knots, values = np.asarray(self.x, np.float64), np.asarray(self.y, np.float64)

@@ -52,12 +52,7 @@ _PREFIXED = re.compile(r"(?<![A-Za-z])[kMmµμcGnd](?=[A-Za-zΩ])")
 
 @dataclass(frozen=True)
 class Unit:
-    """Coherent SI unit.
-
-    Attributes:
-        text: unit as written.
-        dimension: exponents of kg, m, s, A, K, mol and cd.
-    """
+    """Coherent SI unit, as written, with its dimension."""
 
     text: str
     dimension: Dimension
@@ -65,30 +60,18 @@ class Unit:
 
 @dataclass(frozen=True)
 class LoggedUnit:
-    """Unit of a column of a log that is no coherent SI unit.
-
-    Attributes:
-        text: unit as written.
-        factor: SI value of one unit, less that of zero units.
-        offset: SI value of zero units.
-    """
+    """Unit of a column of a log, as written, that is no coherent SI unit."""
 
     text: str
-    factor: float
-    offset: float
+    factor: float  # SI value of one unit, less that of zero units
+    offset: float  # SI value of zero units
 
     def to_si(self, values: Array) -> Array:
-        """Convert values of the column to SI units.
-
-        Takes values (...); gives (...).
-        """
+        """Convert values (...) of the column to SI units."""
         return self.offset + self.factor * values
 
     def from_si(self, values: Array) -> Array:
-        """Convert values in SI units to those of the column.
-
-        Takes values (...); gives (...).
-        """
+        """Convert values (...) in SI units to those of the column."""
         return (values - self.offset) / self.factor
 
     @property
@@ -102,15 +85,7 @@ _LINEAR_AT = 3.0
 
 
 def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
-    """Parse the unit of a column of a log, which may be any unit.
-
-    Examples:
-        >>> unit, logged = parse_logged("rpm")
-        >>> unit.text, round(logged.factor, 4), logged.offset
-        ('rad/s', 0.1047, 0.0)
-        >>> parse_logged("mA")[0].text, parse_logged("N s/m")[1]
-        ('A', None)
-    """
+    """Parse the unit of a column of a log, which may be any unit."""
     one, zero, far = (_in_si(text, value) for value in (1.0, 0.0, _LINEAR_AT))
     logged = LoggedUnit(text, one.value - zero.value, zero.value)
     if not math.isclose(far.value, logged.offset + logged.factor * _LINEAR_AT, rel_tol=1e-9):
@@ -119,16 +94,7 @@ def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
 
 
 def parse_unit(text: str) -> Unit:
-    """Parse a unit.
-
-    Examples:
-        >>> describe(parse_unit("N s/m").dimension)
-        'N s/m'
-        >>> parse_unit("mm")
-        Traceback (most recent call last):
-            ...
-        ValueError: 'mm' must be in SI units, e.g. m instead of mm: 1 mm = 0.001 m
-    """
+    """Parse a unit, which must be a coherent SI unit."""
     return Unit(text, _dimension(text))
 
 
@@ -216,16 +182,9 @@ def describe(dimension: Dimension) -> str:
     """Return a unit of a dimension.
 
     Examples:
-        >>> describe(parse_unit("kg m/s^2").dimension)
-        'N'
-        >>> describe(parse_unit("m/s^2").dimension)
-        'm/s^2'
-        >>> describe(parse_unit("m^0.5/s").dimension)
-        'm^0.5/s'
-        >>> describe(parse_unit("kg m^2/(s^3 K)").dimension)
-        'W/K'
-        >>> describe(parse_unit("m^4 s/kg").dimension)
-        'm^3/(Pa s)'
+        >>> units = "kg m/s^2", "m^0.5/s", "kg m^2/(s^3 K)", "m^4 s/kg"
+        >>> [describe(parse_unit(text).dimension) for text in units]
+        ['N', 'm^0.5/s', 'W/K', 'm^3/(Pa s)']
     """
     if dimension == ONE:
         return "1"

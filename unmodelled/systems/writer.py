@@ -110,10 +110,7 @@ class _Text:
         return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}
 
     def _dynamics(self) -> dict[str, str]:
-        """The derivatives of the states; those of a robot file are left out.
-
-        Then further numbers of the robot can be added to the parameters.
-        """
+        """Derivatives of the states, without those that the robot file gives."""
         rates = {s.name: rate for s, rate in zip(self.system.states, self.system.dynamics, strict=True)}
         known = {} if self.system.robot is None else self.system.robot.dynamics
         found = self._rates("dynamics", rates)
@@ -141,14 +138,8 @@ class _Text:
 
     def _port(self, port: Port) -> dict[str, str]:
         entries = {"effort": port.effort, "unit": _quoted(port.unit)}
-        if port.position is not None:
-            entries["position"] = port.position
-        if port.velocity is not None:
-            entries["velocity"] = port.velocity
-        if port.load is not None:
-            entries["load"] = port.load
-        if port.kind is not None:
-            entries["kind"] = port.kind
+        named = {"position": port.position, "velocity": port.velocity, "load": port.load, "kind": port.kind}
+        entries |= {key: name for key, name in named.items() if name is not None}
         if port.law is not None:
             entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
         return entries

@@ -12,8 +12,7 @@ from unmodelled.systems.model import System
 from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.efforts import Efforts
-from unmodelled.systems.robot.numbers import OF_BODIES, Key, differing, numbers, unit_of
-from unmodelled.systems.robot.properties import PAIRS, properties
+from unmodelled.systems.robot.numbers import OF_BODIES, PAIRS, Key, differing, numbers, properties, unit_of
 
 #: Quantities that are never negative.
 _NEVER_NEGATIVE = ("mass", "armature", "damping", "frictionloss", "timeconst", "kv")

@@ -41,17 +41,12 @@ PLACES = (SCALAR, SAMPLED, RUN, SHARED)
 
 
 class Hoisting:
-    """Names for the largest parts of expressions that have a place.
-
-    Args:
-        changes: dependence of every symbol; a symbol that is not in there is computed in the innermost loop.
-
-    Attributes:
-        found: symbols by place and part, in the order in which they were met.
-    """
+    """Names for the largest parts of expressions that have a place."""
 
     def __init__(self, changes: Mapping[sp.Symbol, Changes]) -> None:
+        #: dependence of every symbol; a symbol that is not in there is computed in the innermost loop
         self.changes = dict(changes)
+        #: symbols by place and part, in the order in which they were met
         self.found: dict[Changes, dict[sp.Expr, sp.Symbol]] = {place: {} for place in PLACES}
 
     def __call__(self, e: sp.Expr, places: tuple[Changes, ...] = PLACES) -> sp.Expr:
@@ -116,32 +111,20 @@ class Cascade:
     """Equations that lead to one event, without efforts, divided by their dependence.
 
     States that do not lead to the event are in no group.
-
-    Attributes:
-        driven: indices of the states that the input alone drives.
-        shared: indices of the states that depend on the uncertain parameters too, but not on the operating
-            point.
-        own: indices of the other states.
-        uncertain: symbols of the uncertain parameters.
-        clock: symbols of time, inputs and driven states, as far as used.
-        parts: symbols and expressions by place, in terms of places that change less (and SHARED: of `clock`
-            and the shared states).
-        driven_rates: time derivatives of the driven states.
-        shared_rates: time derivatives of the shared states.
-        rates: time derivatives of the own states.
-        event: expression that falls through zero.
     """
 
-    driven: tuple[int, ...]
+    driven: tuple[int, ...]  # indices of the states that the input alone drives
+    #: indices of the states that depend on the uncertain parameters too, but not on the operating point
     shared: tuple[int, ...]
-    own: tuple[int, ...]
+    own: tuple[int, ...]  # indices of the other states
     uncertain: tuple[sp.Symbol, ...]
-    clock: tuple[sp.Symbol, ...]
+    clock: tuple[sp.Symbol, ...]  # time, inputs and driven states, as far as used
+    #: in terms of the parts of places that change less, those of SHARED also of `clock` and shared states
     parts: Mapping[Changes, Named]
     driven_rates: tuple[sp.Expr, ...]
     shared_rates: tuple[sp.Expr, ...]
-    rates: tuple[sp.Expr, ...]
-    event: sp.Expr
+    rates: tuple[sp.Expr, ...]  # time derivatives of the own states
+    event: sp.Expr  # expression that falls through zero
 
     @classmethod
     def of(cls, system: System, event: Event, uncertain: Sequence[str]) -> Cascade:

@@ -32,63 +32,39 @@ FUNCTIONS = tuple(map(types.FunctionType, (OPERATING, BEGIN, SHARE, PREPARE, ADV
 
 
 class Generated(NamedTuple):
-    """Generated functions of a system, on a block w and the values v of a stretch that all lanes share.
+    """Generated functions of a system, on a block w and the values v that all lanes of a stretch share."""
 
-    The step h is in s. The clock d contains time, inputs and driven states at every half step.
-
-    Attributes:
-        drive: drive(x, p, d, steps, h) writes the driven states after every step to x, whose first one is
-            given; d contains time and inputs at every half step.
-        operating: operating(w, p, c) writes the constants of an operating point.
-        begin: begin(w, v, d) writes the values that operating points share at the start.
-        share: share(w, v, k, d, at, h) writes these values along step k; its clock begins at d[at].
-        prepare: prepare(w, v) writes the constant values of an operating point, and the event's expression at
-            the start.
-        advance: advance(w, v, k, stop, h) takes the steps k to `stop`, or until the event's expression
-            changes its sign in a lane, and returns the number of the step after the last one.
-        middle: middle(w, v, i, k, h) returns the event's expression in lane i in the middle of step k, the
-            last one.
-    """
-
+    #: drive(x, p, d, steps, h) writes the driven states after every step to x, whose first one is given; d
+    #: has time and inputs at every half step
     drive: Any
-    operating: Any
+    operating: Any  # operating(w, p, c) writes the constants of an operating point
+    #: begin(w, v, d) writes the values that operating points share at the start; d has time, inputs and
+    #: driven states at every half step
     begin: Any
-    share: Any
+    share: Any  # share(w, v, k, d, at, h) writes these values along step k; its clock begins at d[at]
+    #: prepare(w, v) writes the constant values of an operating point, and the event's expression at the start
     prepare: Any
+    #: advance(w, v, k, stop, h) takes the steps k to `stop`, or until the event's expression changes its sign
+    #: in a lane, and returns the number of the step after the last one
     advance: Any
-    middle: Any
+    middle: Any  # middle(w, v, i, k, h) returns the event's expression in lane i in the middle of step k
 
 
 class Places(NamedTuple):
-    """Rows of a block at which its parts begin, and numbers of rows.
+    """Rows of a block at which its parts begin, and numbers of rows."""
 
-    Attributes:
-        sample: first row of the uncertain parameters.
-        samples: number of uncertain parameters.
-        state: first row of the shared states.
-        states: number of shared states.
-        own: first row of the values of an operating point, which begin with its states.
-        own_rows: number of rows of an operating point.
-        own_states: number of states of an operating point.
-        event: row of the event's expression at the end of the last step.
-        event_before: row of the event's expression at the start of the last step.
-        rows: number of rows of the block.
-        values: number of shared values at one moment.
-        clock: number of values of the clock at one moment.
-    """
-
-    sample: int
+    sample: int  # first row of the uncertain parameters
     samples: int
-    state: int
+    state: int  # first row of the shared states
     states: int
-    own: int
+    own: int  # first row of the values of an operating point, which begin with its states
     own_rows: int
     own_states: int
-    event: int
-    event_before: int
+    event: int  # row of the event's expression at the end of the last step
+    event_before: int  # row of the event's expression at the start of the last step
     rows: int
-    values: int
-    clock: int
+    values: int  # number of shared values at one moment
+    clock: int  # number of values of the clock at one moment
 
 
 @jit()
@@ -101,12 +77,9 @@ def crossing(start, middle, end):
 
 @jit()
 def locate(middle, at, w, v, k, first, h, times):
-    """Write the times of the lanes whose event happens in step k of a stretch, shape (LANES,), s.
+    """Write the times (LANES,), s, of the events in step k of a stretch, and return how many lanes ended.
 
     The time of a lane is -1 before its event. A lane also ends where it diverges; its time is nan then.
-
-    Returns:
-        Number of lanes that ended in this step.
     """
     ended = 0
     for lane in range(LANES):
@@ -160,27 +133,12 @@ PlacesType = types.NamedUniTuple(types.int64, len(Places._fields), Places)
 def event_times(
     operating, begin, share, prepare, advance, middle, at, samples, p, shared, own, c, clock, steps, h
 ):
-    """Return the event times of operating points with the same input.
+    """Return event times (n, points), s, of operating points with the same input; nan: there is no event.
 
-    Args:
-        operating: generated function, see `Generated`.
-        begin: generated function.
-        share: generated function.
-        prepare: generated function.
-        advance: generated function.
-        middle: generated function.
-        at: places in a block.
-        samples: values of the uncertain parameters, shape (n, uncertain), SI.
-        p: values of all parameters, shape (parameters,), SI.
-        shared: starts of the shared states, shape (shared states,), SI.
-        own: starts of the other states, shape (points, own states), SI.
-        c: constants of the operating points, shape (points, constants), SI.
-        clock: time, inputs and driven states at every half step, one moment after the other, flat.
-        steps: number of steps.
-        h: step, s.
-
-    Returns:
-        Event times, shape (n, points), s; nan where the event does not happen.
+    Takes, beside functions (see `Generated`) and places: samples (n, uncertain) of the uncertain parameters,
+    all parameters p (parameters,), starts of the shared states (shared states,) and of the others (points,
+    own states), constants c (points, constants), all SI, the flat clock, the number of steps, and the step h
+    in s.
     """
     points, size = len(own), at.own_rows * LANES
     found = np.empty((len(samples), points))

@@ -5,7 +5,7 @@ As in `source.py` a block is one flat array of rows at addresses that are litera
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
@@ -14,17 +14,6 @@ import sympy as sp
 
 from unmodelled.engine.cascade.cascade import RUN, SAMPLED, SCALAR, SHARED, Cascade, Changes
 from unmodelled.engine.cascade.cascade_loops import LANES, Places
-from unmodelled.engine.cascade.lanes import (
-    FRACTIONS,
-    cells,
-    end,
-    function,
-    indented,
-    load,
-    middle,
-    over_lanes,
-    stages,
-)
 from unmodelled.engine.compiled.printer import assignments
 from unmodelled.engine.compiled.source import tables
 from unmodelled.systems.model import TIME, System
@@ -37,16 +26,13 @@ from unmodelled.engine.cascade.cascade_loops import *
 from unmodelled.engine.compiled.scalars import *
 """
 Names = Mapping[sp.Symbol, str]
+#: Of a step h, as `end` and `middle` use them.
+FRACTIONS = ("half = h/2.0", "sixth = h/6.0", "part = h/24.0")
 
 
 @dataclass(frozen=True)
 class CascadeSource:
-    """Writer of the functions of `cascade_loops.Generated` for one cascade.
-
-    Attributes:
-        system: system of the cascade.
-        cascade: equations that lead to the event.
-    """
+    """Writer of the functions of `cascade_loops.Generated` for one cascade."""
 
     system: System
     cascade: Cascade
@@ -258,3 +244,52 @@ def _assigned(targets: Mapping[str, sp.Expr], names: Names) -> list[str]:
     """Assignments of expressions to variables or cells."""
     before, lane, results = assignments(list(targets.values()), names, set())
     return [*before, *lane, *(f"{to} = {text}" for to, text in zip(targets, results, strict=True))]
+
+
+def cells(first: int, n: int, array: str = "w") -> list[str]:
+    """Return the code of the numbers of some rows in lane i."""
+    return [f"{array}[{(first + k) * LANES} + i]" for k in range(n)]
+
+
+def load(letter: str, first: int, n: int, array: str = "w") -> list[str]:
+    """Return assignments of rows to variables `letter`0, `letter`1, ..."""
+    return [f"{letter}{k} = {cell}" for k, cell in enumerate(cells(first, n, array))]
+
+
+def over_lanes(lines: Iterable[str]) -> list[str]:
+    """Return a loop over the lanes."""
+    return ["for i in range(LANES):", *indented(lines)]
+
+
+def indented(lines: Iterable[str]) -> list[str]:
+    """Return the body of a loop or function."""
+    return [f"    {line}" for line in (*lines, "pass")]
+
+
+def function(signature: str, head: str, lines: Iterable[str]) -> str:
+    """Return a compiled function."""
+    return "\n".join([f"@jit({signature})", f"def {head}:", *indented(lines)]) + "\n"
+
+
+def stages(
+    letter: str, states: Sequence[str], rates: Callable[[int], list[str]], slots: Sequence[list[str]]
+) -> list[str]:
+    """Return the stages of a step of Runge and Kutta."""
+    n = range(len(states))
+    lines = [f"{letter}{k} = y{k} = {cell}" for k, cell in enumerate(states)]
+    for stage, slot in enumerate((0, 1, 1, 2)):
+        lines += [*slots[slot], *rates(stage)]
+        if stage < 3:
+            factor = "h" if stage == 2 else "half"
+            lines += [f"{letter}{k} = y{k} + {factor}*k{stage}_{k}" for k in n]
+    return lines
+
+
+def end(k: int) -> str:
+    """Return the code of a state at the end of a step."""
+    return f"y{k} + sixth*(k0_{k} + 2.0*(k1_{k} + k2_{k}) + k3_{k})"
+
+
+def middle(k: int) -> str:
+    """Return the code of a state in the middle of a step, to third order, from the same stages."""
+    return f"y{k} + part*(5.0*k0_{k} + 4.0*(k1_{k} + k2_{k}) - k3_{k})"

@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 #: What the generated code depends on besides the model, seen from the folder of the engine.
 _GENERATOR = (
     *(f"compiled/{name}.py" for name in ("layout", "scalars", "source", "printer")),
-    *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops", "lanes")),
+    *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops")),
     *("../systems/functions.py", "../systems/procedure.py", "../systems/tables.py"),
 )
 #: Samples that one thread works on at a time.
@@ -38,22 +38,14 @@ _FEWEST = 100
 
 @dataclass(frozen=True)
 class SameInput:
-    """Operating points with the same input, whose driven and shared states start alike.
+    """Operating points with the same input, whose driven and shared states start alike; all in SI."""
 
-    Attributes:
-        members: indices of the operating points, shape (members,).
-        clock: time, inputs and driven states that the equations use, at every half step, one moment after the
-            other, shape (moments * quantities,), SI.
-        shared: starts of the shared states, shape (shared states,), SI.
-        own: starts of the other states, shape (members, own states), SI.
-        c: constants of the operating points, shape (members, constants), SI.
-    """
-
-    members: Indices
+    members: Indices  # (members,), indices of the operating points
+    #: (moments * quantities,), time, inputs and driven states that the equations use, at every half step
     clock: Array
-    shared: Array
-    own: Array
-    c: Array
+    shared: Array  # (shared states,), initial values
+    own: Array  # (members, own states), initial values
+    c: Array  # (members, constants)
 
 
 @dataclass(frozen=True)
@@ -62,29 +54,16 @@ class EventTimes:
 
     Method of Runge and Kutta of order four. States that the input alone drives are integrated once per input,
     with steps of at most half of `step` and no longer than the sampling period; see `Cascade`.
-
-    Attributes:
-        names: names of the uncertain parameters.
-        nominal: values of the uncertain parameters, shape (uncertain,), SI.
-        bounds: bounds of the uncertain parameters, shape (uncertain, 2), as multiples of the nominal values.
-        p: values of all parameters, shape (parameters,), SI.
-        inputs: operating points by input.
-        duration: durations of the logs, shape (points,), s.
-        step: integration step, s.
-        steps: number of steps of the longest log.
-        threads: number of threads at work at once.
-        functions: compiled functions.
-        places: rows of the blocks that they work on.
     """
 
-    names: tuple[str, ...]
-    nominal: Array
-    bounds: Array
-    p: Array
+    names: tuple[str, ...]  # uncertain parameters
+    nominal: Array  # (uncertain,), values, SI
+    bounds: Array  # (uncertain, 2), as multiples of the nominal values
+    p: Array  # (parameters,), all parameters, SI
     inputs: tuple[SameInput, ...]
-    duration: Array
-    step: float
-    steps: int
+    duration: Array  # (points,), durations of the logs, s
+    step: float  # s
+    steps: int  # number of steps of the longest log
     threads: int
     functions: Generated
     places: Places
@@ -105,8 +84,8 @@ class EventTimes:
     ) -> EventTimes:
         """Compile (once; kept on disk) and integrate what no sample changes.
 
-        Takes u (points, samples, inputs) in SI, period in s, c (points, constants) in SI, x0 (points, states)
-        in SI, duration (points,) in s.
+        Takes u (points, samples, inputs), c (points, constants), x0 (points, states), SI; duration (points,)
+        in s.
         """
         u, c, x0 = (np.asarray(a, np.float64) for a in (u, c, x0))
         runs = Experiments(u, period, c, x0)
@@ -136,10 +115,7 @@ class EventTimes:
         )
 
     def __call__(self, theta: Array) -> Array:
-        """Return the event times of samples.
-
-        Takes theta (samples, uncertain); gives (samples, points) in s.
-        """
+        """Return the event times (samples, points), s, of samples theta (samples, uncertain)."""
         theta = np.asarray(theta, np.float64)
         if theta.ndim != 2 or theta.shape[1] != len(self.names):
             raise ValueError(f"theta must be (samples, {len(self.names)}), got {theta.shape}")

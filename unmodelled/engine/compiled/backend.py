@@ -23,21 +23,13 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Generated(Backend):
-    """System with networks, compiled for its structure: a backend of `free_run`.
-
-    Attributes:
-        structure: physics and networks.
-        observed: expressions of the system's symbols whose values are wanted, without efforts.
-        weights: weights of the networks, shape (structure.size,).
-        scale: factors on the inputs of the networks, shape (inputs of all networks,).
-        gain: magnitudes of the efforts, shape (networks,), in the units of the efforts.
-    """
+    """System with networks, compiled for its structure: a backend of `free_run`."""
 
     structure: Augmented
-    observed: tuple[sp.Expr, ...]
-    weights: Array
-    scale: Array
-    gain: Array
+    observed: tuple[sp.Expr, ...]  # in the system's symbols, without efforts
+    weights: Array  # (structure.size,)
+    scale: Array  # (inputs of all networks,), factors on the inputs of the networks
+    gain: Array  # (networks,), magnitudes of the efforts, in the units of the efforts
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Generated:
@@ -73,8 +65,8 @@ class Generated(Backend):
     ) -> tuple[Array, Array]:
         """Simulate windows of one length with one set of parameters.
 
-        Takes p (parameters,) in SI, c (experiments, constants) in SI, x0 (windows, states) in SI; gives
-        (windows, steps + 1, states) and (windows, steps, networks).
+        Takes p (parameters,), c (experiments, constants), x0 (windows, states); gives states (windows, steps
+        + 1, states) and efforts (windows, steps, networks), all SI.
         """
         compiled = kernel(self.structure)
         owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples

@@ -36,24 +36,17 @@ _GENERATOR = (
 
 @dataclass(frozen=True)
 class Kernel:
-    """Compiled model: arguments of the functions in `loops` and `training`.
+    """Compiled model: arguments of the functions in `loops` and `training`."""
 
-    Attributes:
-        evaluate: compiled function that computes derivatives and efforts of a block of samples.
-        pull: compiled function that propagates gradients through the block.
-        layout: rows of the block.
-    """
-
-    evaluate: Any
-    pull: Any
+    evaluate: Any  # derivatives and efforts of a block of samples
+    pull: Any  # propagates gradients through the block
     layout: Layout
 
 
 def cache_folders() -> Iterator[Path]:
-    """Yield the folders where kernels can be kept, the best one first.
+    """Yield folders where kernels can be kept, the best first: HYBRID_DYNAMICS_CACHE, or the user's cache.
 
-    They are HYBRID_DYNAMICS_CACHE, or the user's cache folder, then a temporary one. Kernels are imported, so
-    that a folder to which others may write is not taken, and files to which they may write are removed.
+    The last one is temporary. Kernels are imported: no folder and no file to which others may write is used.
     """
     chosen = os.environ.get("HYBRID_DYNAMICS_CACHE")
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "unmodelled"
@@ -76,10 +69,7 @@ def cache_folders() -> Iterator[Path]:
 
 
 def generated(name: str, write: Callable[[], str]) -> ModuleType:
-    """Return a generated module, from the cache folder where it is kept.
-
-    Where nothing can be written, as on a full disk, the module is not kept.
-    """
+    """Return a generated module from the cache folder; where nothing can be written, it is not kept."""
     for folder in cache_folders():
         path = folder / f"{name}.py"
         try:

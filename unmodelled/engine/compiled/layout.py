@@ -60,19 +60,13 @@ LayoutType = types.NamedUniTuple(types.int64, len(Layout._fields), Layout)
 def jit(*signature, sums=False):
     """Compile a function; with a signature at once, so that functions can be passed as arguments.
 
-    Args:
-        *signature: numba signature; none for compilation at each call with other types.
-        sums: whether sums may be taken in any order, default False.
+    With `sums`, sums may be taken in any order.
     """
     return kept(*signature, error_model="numpy", fastmath=SUMS if sums else EXACT, nogil=True)
 
 
 def entry(signature):
-    """Compile a function at its first call for a signature, which lets functions be passed as arguments.
-
-    Args:
-        signature: numba signature.
-    """
+    """Compile a function at its first call for a signature, which lets functions be passed as arguments."""
 
     def decorate(function):
         compiled = jit()(function)

@@ -226,26 +226,13 @@ def scatter(values, flat, block, steps):
 def simulate(
     evaluate, at, x0, start, owner, U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
 ):
-    """Return trajectories, shape (windows, steps + 1, states), and efforts, shape (windows, steps, networks).
+    """Return trajectories (windows, steps + 1, states), and efforts (windows, steps, networks), SI.
 
-    Args:
-        evaluate: generated function that writes the rates of a block.
-        at: layout of a block.
-        x0: initial states, shape (windows, 1, states), SI.
-        start: samples at which the windows begin, shape (windows,).
-        owner: experiment of every sample, shape (samples,); it is the row of C.
-        U: inputs, shape (samples, inputs), SI.
-        C: constants of the operating points, shape (experiments, constants), SI.
-        T: times, shape (samples,), s.
-        steps: number of samples that are simulated.
-        substeps: integration steps per sampling period.
-        period: sampling period, s.
-        hold: 1 for inputs that run straight from sample to sample, 0 for inputs that are held.
-        stages: coefficients of the Runge-Kutta method, shape (stages, 3), see the module.
-        p: parameters, shape (parameters,), SI.
-        weights: weights of the networks, flat.
-        scale: factors on the inputs of the networks, flat.
-        gain: factors on the outputs of the networks, flat.
+    Takes initial states x0 (windows, 1, states); start (windows,), first samples; owner (samples,),
+    experiment of every sample; inputs U (samples, inputs), constants C (experiments, constants) and times T
+    (samples,); numbers of steps and of substeps in each; period in s; hold, 1 for inputs that run straight to
+    the next sample and 0 for inputs that are held; stages (see the module); p (parameters,); of the networks
+    weights, factors `scale` on inputs and `gain` on outputs, flat.
     """
     B = len(start)
     X, Z = np.empty((B, steps + 1, at.states)), np.empty((B, steps, at.networks))
@@ -290,17 +277,10 @@ def pullback(
     scale,
     gain,
 ):
-    """Return the gradients by initial states, trained parameters and weights.
+    """Return gradients by initial states (windows, 1, states), trained parameters and weights.
 
-    The arguments that are not listed are those of `simulate`.
-
-    Args:
-        pull: generated function that propagates gradients back through `evaluate`.
-        GX: gradient by the trajectories, shape (windows, steps + 1, states).
-        GZ: gradient by the efforts, shape (windows, steps, networks).
-
-    Returns:
-        Gradients, shapes (windows, 1, states), (trained,) and (weights,).
+    Takes, beside the arguments of `simulate`, gradients GX (windows, steps + 1, states) by the trajectories
+    and GZ (windows, steps, networks) by the efforts.
     """
     B = len(start)
     gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)

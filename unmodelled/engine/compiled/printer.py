@@ -11,11 +11,7 @@ from unmodelled.systems.procedure import common_parts
 
 
 class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
-    """Printer with the names of the functions in `scalars`, and half-integer powers as square roots.
-
-    Args:
-        names: names of the symbols in the code.
-    """
+    """Printer with the names of the functions in `scalars`, and half-integer powers as square roots."""
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
         super().__init__({"fully_qualified_modules": True, "allow_unknown_functions": True})
@@ -27,10 +23,9 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
     _print_Dummy = _print_Symbol
 
     def _print_sin(self, expr: sp.Expr) -> str:
-        return f"sin({self._print(expr.args[0])})"
+        return f"{expr.func.__name__}({self._print(expr.args[0])})"
 
-    def _print_cos(self, expr: sp.Expr) -> str:
-        return f"cos({self._print(expr.args[0])})"
+    _print_cos = _print_sin
 
     def _print_lookup(self, expr: sp.Expr) -> str:
         table, x, order = expr.args
@@ -39,14 +34,10 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
     def _print_Integer(self, expr: sp.Integer) -> str:
         return f"{int(expr)}.0"
 
-    def _print_Rational(self, expr: sp.Rational) -> str:
+    def _print_Float(self, expr: sp.Expr) -> str:
         return repr(float(expr))
 
-    def _print_Float(self, expr: sp.Float) -> str:
-        return repr(float(expr))
-
-    def _print_NumberSymbol(self, expr: sp.Expr) -> str:
-        return repr(float(expr))
+    _print_Rational = _print_NumberSymbol = _print_Float
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.args

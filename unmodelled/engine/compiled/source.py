@@ -21,22 +21,14 @@ from unmodelled.systems.model import TIME, System
 
 @dataclass(frozen=True)
 class Rows:
-    """Addresses of the rows of a block.
-
-    Attributes:
-        first: first row by name of the part.
-        count: number of rows.
-    """
+    """First rows of the parts of a block by name, and the number of all rows."""
 
     first: Mapping[str, int]
     count: int
 
     @classmethod
     def of(cls, model: Augmented) -> Rows:
-        """Return the rows of a block and of their adjoints.
-
-        They hold state x, input u, efforts e, constants c, time t, and inputs q of the networks.
-        """
+        """Return the rows: x, u, efforts e, constants c, time t, inputs q of networks, and their adjoints."""
         system, nq = model.system, len(model.inputs)
         n, ports = len(system.states), len(system.ports)
         sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1, "q": nq}
@@ -255,9 +247,7 @@ def tables(system: System, code: str) -> list[str]:
             if f"table_{k}_{order}(" not in code:
                 continue
             knots, c = table.pieces(order)
-            held = "0.0 * x" if order else None
-            low = held or f"{float(table.y[0])!r}"
-            high = held or f"{float(table.y[-1])!r}"
+            low, high = ("0.0 * x" if order else repr(float(y)) for y in (table.y[0], table.y[-1]))
             parts.append(
                 f"KNOTS_{k}_{order} = np.array({knots.tolist()!r})\n"
                 f"PIECES_{k}_{order} = np.array({c.T.tolist()!r})\n\n\n"

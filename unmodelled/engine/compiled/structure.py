@@ -12,19 +12,12 @@ from unmodelled.systems.model import System, symbol
 
 @dataclass(frozen=True)
 class Network:
-    """One-hidden-layer ReLU network that supplies (part of) the effort of a port, eq. 4.4.
-
-    Attributes:
-        port: name of the port.
-        inputs: expressions q = g(x, u; p), eq. 4.3, free of efforts.
-        hidden: number of hidden units.
-        label: name of its effort in the report, "F" or "F_c".
-    """
+    """One-hidden-layer ReLU network that supplies (part of) the effort of a port, eq. 4.4."""
 
     port: str
-    inputs: tuple[sp.Expr, ...]
-    hidden: int
-    label: str = ""
+    inputs: tuple[sp.Expr, ...]  # q = g(x, u; p), eq. 4.3, free of efforts
+    hidden: int  # number of hidden units
+    label: str = ""  # name of its effort in the report, F or F_c
 
     @property
     def size(self) -> int:
@@ -34,16 +27,10 @@ class Network:
 
 @dataclass(frozen=True, eq=False)
 class Augmented:
-    """A system, networks in its ports, and the parameters that are trained with them. Compared by identity.
-
-    Attributes:
-        system: the known physics.
-        networks: networks with their ports; efforts of networks that share a port are added.
-        trainable: names of parameters.
-    """
+    """A system, networks in its ports, and the parameters that are trained with them."""
 
     system: System
-    networks: tuple[Network, ...] = ()
+    networks: tuple[Network, ...] = ()  # efforts of networks that share a port are added
     trainable: tuple[str, ...] = ()
 
     @cached_property

@@ -7,24 +7,9 @@ import math
 import numpy as np
 from numba import types
 
+from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.layout import LANES, Array, Block, LayoutType, entry, jit
-from unmodelled.engine.compiled.loops import (
-    COMMON,
-    ONE,
-    WIDE,
-    Indices,
-    Rows,
-    backward,
-    collect,
-    f,
-    fill,
-    forward,
-    i,
-    load_constants,
-    new_block,
-    new_room,
-    place,
-)
+from unmodelled.engine.compiled.loops import COMMON, ONE, WIDE, Indices, Rows, f, i, place
 
 
 @jit()
@@ -95,13 +80,13 @@ def batch_gradient(evaluate, pull, at, w, room, gp, gW, starts, owner, Xd, drive
             first[lane] = starts[min(block + lane, B - 1)]
             for j in range(at.states):
                 xs[j * LANES + lane] = Xd[first[lane], j]
-        load_constants(w, at, C, first, owner)
-        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        loops.load_constants(w, at, C, first, owner)
+        loops.forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
         left = min(LANES, B - block)
         share = 1.0 / (B * steps)
         loss += adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty)
-        backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
-        collect(w, at, gp, gW)
+        loops.backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        loops.collect(w, at, gp, gW)
     return loss
 
 
@@ -153,37 +138,21 @@ def train(
     moments_p,
     moments_W,
 ):
-    """Take one step of Adam per mini-batch; p, weights, xi and the moments of Adam are changed in place.
+    """Take one step of Adam per mini-batch; return the losses (batches,), nan after one that is not finite.
 
-    Training stops at a loss that is not finite; the losses after it are nan. The arguments that are not
-    listed are those of `simulate`.
-
-    Args:
-        starts: first measured samples, shape (batches, windows).
-        rates: learning rates of the weights, shape (batches,).
-        physics_rates: learning rates of the scaled parameters xi, shape (batches,).
-        count: number of mini-batches before these.
-        clip: largest norm of a gradient.
-        Xd: measured states, shape (samples, states), SI.
-        index: indices of the trained parameters in p, shape (trained,): p[index] = unit * xi.
-        unit: units of xi, shape (trained,), SI.
-        low: lower bounds of the trained parameters, shape (trained,), SI.
-        high: upper bounds of the trained parameters, shape (trained,), SI.
-        C_x: diagonal of the matrix C of eq. 4.9, shape (states,).
-        penalty: price of the mean squared effort of a network, shape (networks,).
-        xi: scaled parameters, shape (trained,).
-        moments_p: first and second moments of the gradient by xi, shape (2, trained).
-        moments_W: first and second moments of the gradient by the weights, shape (2, weights).
-
-    Returns:
-        Loss of every mini-batch, shape (batches,).
+    p, weights, xi and the moments of Adam change in place. Takes, beside arguments of `simulate`: starts
+    (batches, windows), first samples; rates (batches,) of the weights and physics_rates of the scaled
+    parameters xi (trained,), p[index] = unit * xi; count, number of mini-batches before; clip, largest norm
+    of a gradient; Xd (samples, states), measured states; bounds low and high (trained,); C_x (states,),
+    diagonal of C of eq. 4.9; penalty (networks,), price of the mean squared effort; first and second moments
+    of the gradients (2, trained) and (2, weights).
     """
     driven, how = (U, C, T), (steps, substeps, period, hold, stages)
-    w, room = new_block(at, weights, scale, gain), new_room(at, steps, substeps, stages)
+    w, room = loops.new_block(at, weights, scale, gain), loops.new_room(at, steps, substeps, stages)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
     for b in range(len(starts)):
-        fill(w, at.weights, weights)
+        loops.fill(w, at.weights, weights)
         losses[b] = batch_gradient(
             evaluate, pull, at, w, room, gp, gW, starts[b], owner, Xd, driven, how, p, C_x, penalty
         )

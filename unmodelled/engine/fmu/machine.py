@@ -20,11 +20,7 @@ from unmodelled.systems.reader import read_system
 
 
 class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
-    """A system in steps.
-
-    Args:
-        settings: settings of PythonFMU3; `resources` is the folder with `model/system.yaml`.
-    """
+    """A system in steps; PythonFMU3 gives its settings, such as the folder `resources`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
@@ -68,10 +64,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
         getattr(self, array)[k] = value
 
     def setup_experiment(self, start_time: float) -> None:
-        """Note the start time.
-
-        Takes start_time in s.
-        """
+        """Note the start time, s."""
         self.time = start_time
 
     def exit_initialization_mode(self) -> None:
@@ -80,10 +73,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
         self.y = self.stepper.y
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Simulate one communication step with constant inputs.
-
-        Takes current_time in s, step_size in s.
-        """
+        """Simulate one communication step with constant inputs; times in s."""
         self.stepper.step(self.u, step_size)
         self.y, self.time = self.stepper.y, current_time + step_size
         return bool(np.isfinite(self.y).all())

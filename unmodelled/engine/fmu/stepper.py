@@ -20,32 +20,8 @@ SHORTEST = 1e-9
 class Stepper:
     """Free run of a system in steps. Inputs keep their values during a step.
 
-    Before the start, delayed inputs and outputs have their first values.
-
-    Attributes:
-        system: simulated system.
-        t: time, s.
-        x: states, shape (states,), SI.
-
-    Args:
-        system: system to simulate.
-        p: parameters, shape (parameters,), SI.
-        c: constants of the operating point, shape (constants,), SI.
-        u: inputs at the start, shape (inputs,), SI.
-        x: initial states, shape (states,), SI; nan: the initial value of the system.
-        t: start time, default 0 s.
-
-    Examples:
-        A pendulum swings from 0.1 rad without torque.
-
-        >>> import numpy as np
-        >>> import unmodelled as um
-        >>> system, _ = um.example("pendulum")
-        >>> nothing = np.zeros(1)
-        >>> swing = Stepper(system, np.array(system.values), np.empty(0), nothing, np.array([0.1, 0.0]))
-        >>> swing.step(nothing, 0.2)
-        >>> swing.y.round(3).tolist()
-        [0.005]
+    Before the start, delayed inputs and outputs have their first values. Where an initial state is nan, the
+    state begins at the initial value of the system.
     """
 
     def __init__(self, system: System, p: Array, c: Array, u: Array, x: Array, t: float = 0.0) -> None:
@@ -62,10 +38,7 @@ class Stepper:
         return self._y.straight(self.t)
 
     def step(self, u: Array, seconds: float) -> None:
-        """Simulate one step.
-
-        Takes u (inputs,) in SI, seconds in s.
-        """
+        """Simulate some seconds with inputs u (inputs,)."""
         end = self.t + seconds
         self._u.add(self.t, u)
         changes = self._u.changes(self.t + SHORTEST * seconds, end - SHORTEST * seconds)
@@ -87,10 +60,7 @@ class Stepper:
 
 
 def defaults(system: System) -> Array:
-    """Return the constants of the operating point of a run that says nothing of them.
-
-    Gives (constants,) in SI.
-    """
+    """Return the constants (constants,), SI, of the operating point of a run that says nothing of them."""
     return np.array([constant.other or 0.0 for constant in system.operating_point], np.float64)
 
 

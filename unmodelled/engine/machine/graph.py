@@ -24,73 +24,35 @@ Instruction = tuple[int, int, int, int, int, int]  # opcode, destination, source
 #: What a node changes with, from seldom to often: nothing or the lane, time and inputs, states.
 LANE, DRIVEN, STATE = range(3)
 
+_ALIKE = ("sin", "cos", "exp", "tanh", "log", "asin", "acos", "atan", "atan2", "sinh", "cosh")
+_CORNERS = ("sgn", "step", "greater", "at_least", "equal", "select")
 ONE_TO_ONE: dict[type[sp.Basic], Op] = {
-    sp.sin: Op.SIN,
-    sp.cos: Op.COS,
-    sp.exp: Op.EXP,
-    sp.tanh: Op.TANH,
-    sp.log: Op.LOG,
-    sp.asin: Op.ASIN,
-    sp.acos: Op.ACOS,
-    sp.atan: Op.ATAN,
-    sp.atan2: Op.ATAN2,
-    sp.sinh: Op.SINH,
-    sp.cosh: Op.COSH,
-    sp.Abs: Op.ABS,
-    sp.sign: Op.SGN,
-    sp.floor: Op.FLOOR,
-    sp.Min: Op.MIN,
-    sp.Max: Op.MAX,
-    f.absolute: Op.ABS,
-    f.sgn: Op.SGN,
-    f.step: Op.STEP,
-    f.whole: Op.FLOOR,
-    f.minimum: Op.MIN,
-    f.maximum: Op.MAX,
-    f.greater: Op.GREATER,
-    f.at_least: Op.AT_LEAST,
-    f.equal: Op.EQUAL,
-    f.select: Op.SELECT,
+    **{getattr(sp, name): Op[name.upper()] for name in _ALIKE},
+    **{getattr(f, name): Op[name.upper()] for name in _CORNERS},
+    **{f.absolute: Op.ABS, f.whole: Op.FLOOR, f.minimum: Op.MIN, f.maximum: Op.MAX},
+    **{sp.Abs: Op.ABS, sp.sign: Op.SGN, sp.floor: Op.FLOOR, sp.Min: Op.MIN, sp.Max: Op.MAX},
 }
 #: Powers up to this are products.
 HIGHEST_PRODUCT = 8
 
 
 class Node(NamedTuple):
-    """Instruction, the nodes that it reads and the table that it looks up.
+    """Instruction, the nodes that it reads and the number of the table that it looks up."""
 
-    Attributes:
-        op: operation; None for what registers hold from the start.
-        sources: nodes that it reads.
-        level: frequency of change: LANE, DRIVEN or STATE.
-        table: number of the table.
-    """
-
-    op: Op | None
+    op: Op | None  # None for what registers hold from the start
     sources: tuple[int, ...]
-    level: int
+    level: int  # LANE, DRIVEN or STATE
     table: int = 0
 
 
 class Graph:
-    """Nodes of all expressions that were asked for.
-
-    Args:
-        given: level of every symbol that has a register.
-        laws: expressions that other symbols stand for.
-
-    Attributes:
-        nodes: all nodes, sources before what reads them.
-        symbols: nodes of the given symbols.
-        constants: nodes of numbers.
-        curves: tables that are looked up, with the order of the derivative, in the order of their numbers.
-    """
+    """Nodes of all expressions that were asked for; a symbol has a register or stands for a law."""
 
     def __init__(self, given: Mapping[sp.Symbol, int], laws: Mapping[sp.Symbol, sp.Expr]) -> None:
-        self.nodes: list[Node] = []
+        self.nodes: list[Node] = []  # sources before what reads them
         self.symbols: dict[sp.Symbol, int] = {}
         self.constants: dict[float, int] = {}
-        self.curves: dict[tuple[int, int], int] = {}
+        self.curves: dict[tuple[int, int], int] = {}  # number of each table and order of its derivative
         self._numbers: dict[tuple[Op, tuple[int, ...], int], int] = {}
         self._done: dict[sp.Expr, int] = {}
         self._scopes: list[dict[sp.Expr, int]] = []
@@ -229,17 +191,11 @@ class Graph:
 
 @dataclass(frozen=True)
 class Segment:
-    """Nodes of a graph that are computed together.
+    """Nodes of a graph that are computed together."""
 
-    Attributes:
-        roots: nodes that other segments read.
-        nodes: all nodes, sources first.
-        border: nodes of lower levels that they read or that were asked for.
-    """
-
-    roots: tuple[int, ...]
-    nodes: tuple[int, ...]
-    border: tuple[int, ...]
+    roots: tuple[int, ...]  # read by other segments
+    nodes: tuple[int, ...]  # sources first
+    border: tuple[int, ...]  # nodes of lower levels that they read or that were asked for
 
     @classmethod
     def of(cls, graph: Graph, wanted: Iterable[int], level: int) -> Segment:

@@ -12,19 +12,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+from unmodelled.engine.compiled import scalars
 from unmodelled.engine.compiled.layout import jit
-from unmodelled.engine.compiled.scalars import (
-    at_least,
-    cos,
-    equal,
-    greater,
-    maximum,
-    minimum,
-    select,
-    sgn,
-    sin,
-    step,
-)
 from unmodelled.engine.machine.opcodes import Op
 
 #: Beyond these an exponential overflows, or is zero.
@@ -152,10 +141,10 @@ def execute(w, lanes, code, first, last, curves):
                 w[d, i] = math.sqrt(w[a, i])
         elif op == Op.SIN:
             for i in range(lanes):
-                w[d, i] = sin(w[a, i])
+                w[d, i] = scalars.sin(w[a, i])
         elif op == Op.COS:
             for i in range(lanes):
-                w[d, i] = cos(w[a, i])
+                w[d, i] = scalars.cos(w[a, i])
         elif op == Op.EXP:
             for i in range(lanes):
                 w[d, i] = exp(w[a, i])
@@ -166,31 +155,31 @@ def execute(w, lanes, code, first, last, curves):
                 w[d, i] = abs(w[a, i])
         elif op == Op.SGN:
             for i in range(lanes):
-                w[d, i] = sgn(w[a, i])
+                w[d, i] = scalars.sgn(w[a, i])
         elif op == Op.STEP:
             for i in range(lanes):
-                w[d, i] = step(w[a, i])
+                w[d, i] = scalars.step(w[a, i])
         elif op == Op.MIN:
             for i in range(lanes):
-                w[d, i] = minimum(w[a, i], w[b, i])
+                w[d, i] = scalars.minimum(w[a, i], w[b, i])
         elif op == Op.MAX:
             for i in range(lanes):
-                w[d, i] = maximum(w[a, i], w[b, i])
+                w[d, i] = scalars.maximum(w[a, i], w[b, i])
         elif op == Op.FLOOR:
             for i in range(lanes):
                 w[d, i] = np.floor(w[a, i])
         elif op == Op.GREATER:
             for i in range(lanes):
-                w[d, i] = greater(w[a, i], w[b, i])
+                w[d, i] = scalars.greater(w[a, i], w[b, i])
         elif op == Op.AT_LEAST:
             for i in range(lanes):
-                w[d, i] = at_least(w[a, i], w[b, i])
+                w[d, i] = scalars.at_least(w[a, i], w[b, i])
         elif op == Op.EQUAL:
             for i in range(lanes):
-                w[d, i] = equal(w[a, i], w[b, i])
+                w[d, i] = scalars.equal(w[a, i], w[b, i])
         elif op == Op.SELECT:
             for i in range(lanes):
-                w[d, i] = select(w[a, i], w[b, i], w[c, i])
+                w[d, i] = scalars.select(w[a, i], w[b, i], w[c, i])
         elif op == Op.LOOKUP:
             for i in range(lanes):
                 w[d, i] = looked_up(w[a, i], code[k, 5], curves)

@@ -17,29 +17,12 @@ if TYPE_CHECKING:
 
 
 def as_text(values: ArrayLike) -> str:
-    """Return numbers of double precision as text, without loss of a digit.
-
-    Takes values (any shape).
-
-    Examples:
-        >>> as_text([1.0, float("inf")])
-        'AAAAAAAA8D8AAAAAAADwfw=='
-    """
+    """Return numbers (any shape) of double precision as text, without loss of a digit."""
     return base64.b64encode(np.asarray(values, "<f8").tobytes()).decode()
 
 
 def as_data(program: Program) -> dict[str, Any]:
-    """Return a program as values that JSON knows; `machine.loaded` of the script reads them.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.engine.machine.program import Program
-        >>> from unmodelled.systems.reader import read_system
-        >>> system = read_system(Path("systems/pendulum.yaml"))
-        >>> data = as_data(Program.of(system, system.x))
-        >>> data["shown"], len(data["code"]) % 6
-        ([0, 1], 0)
-    """
+    """Return a program as values that JSON knows; `machine.loaded` of the script reads them."""
     curves = program.curves
     return {
         "at": program.at._asdict(),

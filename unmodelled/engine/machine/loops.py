@@ -115,18 +115,11 @@ def begin(w, at, windows, p, c, x0, first, lanes, start, steps, shift, last):
 
 @jit()
 def simulate(program, windows, p, c, x0, substeps, period, hold, y):
-    """Write the observed values of all windows for all parameter sets to y.
+    """Write the observed values of all windows for all sets to y (windows, sets, samples, observed).
 
-    Args:
-        program: instructions of a system, and the places of its values in the registers.
-        windows: windows over inputs and times, see `free_run`.
-        p: parameter sets, shape (experiments, sets, parameters), SI.
-        c: operating points, shape (experiments, constants), SI.
-        x0: initial states, shape (windows, sets, states), SI.
-        substeps: integration steps per sampling period.
-        period: sampling period, s.
-        hold: 1 for an input that runs straight to its next sample, 0 for one that is held, shape (inputs,).
-        y: observed values, shape (windows, sets, samples, observed); samples after a window stay as they are.
+    Samples after a window stay as they are. Takes parameters p (experiments, sets, parameters), constants c
+    (experiments, constants), initial states x0 (windows, sets, states); period in s; hold (inputs,), 1 for an
+    input that runs straight to its next sample, 0 for one that is held.
     """
     at, code, curves = program.at, program.code, program.curves
     n, m = x0.shape[2], windows.u.shape[1]
@@ -168,16 +161,9 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
 
 @jit()
 def evaluate(program, t, x, u, p, c, y):
-    """Write the observed values at given times, states, inputs and parameters to y.
+    """Write the observed values y (samples, observed) at given times, states, inputs and parameters.
 
-    Args:
-        program: instructions of a system, and the places of its values in the registers.
-        t: times, shape (samples, 1), s.
-        x: states, shape (samples, states), SI.
-        u: inputs, shape (samples, inputs), SI.
-        p: parameters, shape (samples, parameters), SI.
-        c: operating points, shape (samples, constants), SI.
-        y: observed values, shape (samples, observed).
+    t (samples, 1), x (samples, states), u (samples, inputs), p (samples, parameters), c (samples, constants).
     """
     at, code, curves = program.at, program.code, program.curves
     w = np.zeros((at.rows, LANES))
@@ -198,16 +184,10 @@ def evaluate(program, t, x, u, p, c, y):
 
 @jit()
 def evaluate_sets(program, t, u, p, c, owner, y):
-    """Write the values at given times and inputs for all parameter sets to y, 0 where they are not finite.
+    """Write the values y (samples, sets, observed) of equations without states, 0 where they are not finite.
 
-    Args:
-        program: instructions of a system without states, and the places of its values in the registers.
-        t: times, shape (samples, 1), s.
-        u: inputs, shape (samples, inputs), SI.
-        p: parameters, shape (sets, parameters), SI.
-        c: operating points, shape (experiments, constants), SI.
-        owner: number of the experiment, shape (samples,).
-        y: observed values, shape (samples, sets, observed).
+    t (samples, 1), u (samples, inputs), p (sets, parameters), c (experiments, constants), owner (samples,),
+    number of the experiment.
     """
     at, code, curves = program.at, program.code, program.curves
     w = np.zeros((at.rows, LANES))

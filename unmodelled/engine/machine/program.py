@@ -27,69 +27,39 @@ Indices = NDArray[np.int64]
 
 
 class Places(NamedTuple):
-    """Rows of registers and numbers of instructions at which the parts of a program begin.
+    """Rows of registers and numbers of instructions at which the parts of a program begin."""
 
-    Attributes:
-        u: first row of the inputs; the states come before.
-        t: row of the time.
-        p: first row of the parameters.
-        c: first row of the constants of the operating point.
-        numbers: first row of numbers.
-        rows: number of rows.
-        prologue: first instruction of the values that stay the same in a lane.
-        driven: first instruction of the values that change with time and inputs.
-        observed: first instruction of the observed values that change with the states.
-        rates: first instruction of the time derivatives.
-        end: number of instructions.
-    """
-
-    u: int
-    t: int
-    p: int
-    c: int
-    numbers: int
+    u: int  # first row of the inputs; the states come before
+    t: int  # row of the time
+    p: int  # first row of the parameters
+    c: int  # first row of the constants of the operating point
+    numbers: int  # first row of the numbers
     rows: int
-    prologue: int
-    driven: int
-    observed: int
-    rates: int
-    end: int
+    prologue: int  # first instruction of the values that stay the same in a lane
+    driven: int  # first instruction of the values that change with time and inputs
+    observed: int  # first instruction of the observed values that change with the states
+    rates: int  # first instruction of the time derivatives
+    end: int  # number of instructions
 
 
 class Curves(NamedTuple):
-    """Tables one after the other.
+    """Tables one after the other."""
 
-    Attributes:
-        knots: abscissae of all tables, shape (knots,).
-        pieces: coefficients of the cubic after every knot, shape (knots, 4).
-        spans: first and last knot of every table, shape (tables, 2).
-        ends: values of every table beyond its first and last knot, shape (tables, 2).
-    """
-
-    knots: Array
-    pieces: Array
-    spans: Indices
-    ends: Array
+    knots: Array  # (knots,), abscissae of all tables
+    pieces: Array  # (knots, 4), coefficients of the cubic after every knot
+    spans: Indices  # (tables, 2), first and last knot
+    ends: Array  # (tables, 2), values beyond the first and the last knot
 
 
 class Program(NamedTuple):
-    """Instructions of the register machine: a backend of `free_run`.
-
-    Attributes:
-        at: rows and instructions at which the parts of the program begin.
-        code: instructions, shape (instructions, 6).
-        numbers: constants of the expressions, shape (numbers,).
-        curves: tables that are looked up.
-        rates: rows of the states' time derivatives, shape (states,).
-        shown: rows of the observed values, shape (observed,).
-    """
+    """Instructions of the register machine: a backend of `free_run`."""
 
     at: Places
-    code: NDArray[np.uint32]
-    numbers: Array
+    code: NDArray[np.uint32]  # (instructions, 6)
+    numbers: Array  # (numbers,), constants of the expressions
     curves: Curves
-    rates: Indices
-    shown: Indices
+    rates: Indices  # (states,), rows of the time derivatives
+    shown: Indices  # (observed,), rows of the observed values
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Program:
@@ -117,11 +87,7 @@ class Program(NamedTuple):
         return Sizes(at.u, at.t - at.u, at.c - at.p, at.numbers - at.c)
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-        states) in SI; gives (windows, sets, most steps + 1, observed).
-        """
+        """Simulate checked windows; for the shapes of (p, c, x0) see `Backend.run`."""
         if how.method != "rk4":
             raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
         shape = (*x0.shape[:2], int(windows.steps.max(initial=0)) + 1, len(self.shown))
@@ -142,17 +108,6 @@ class Program(NamedTuple):
 
         Returns:
             Observed values, shape (..., observed), SI.
-
-        Examples:
-            >>> import numpy as np
-            >>> from pathlib import Path
-            >>> from unmodelled.systems.reader import read_system
-            >>> system = read_system(Path("systems/pendulum.yaml"))
-            >>> program = Program.of(system, system.dynamics)
-            >>> x, u, c = np.array([0.0, 2.0]), np.zeros(1), np.empty(0)
-            >>> rates = program.evaluate(np.zeros(1), x, u, np.array(system.values), c)
-            >>> rates.shape, rates[0, 0].item()
-            ((1, 2), 2.0)
         """
         parts = [np.asarray(t, np.float64)[..., None], *(np.asarray(a, np.float64) for a in (x, u, p, c))]
         shape = np.broadcast_shapes(*(a.shape[:-1] for a in parts))
@@ -163,10 +118,10 @@ class Program(NamedTuple):
         return y.reshape(*shape, len(self.shown))
 
     def evaluate_sets(self, t: Array, u: Array, p: Array, c: Array, owner: Indices) -> Array:
-        """Return the observed values of equations without states at given inputs for many sets of parameters.
+        """Return the observed values (samples, sets, observed), SI, of equations without states.
 
-        Takes t (samples,) in s, u (samples, inputs) in SI, p (sets, parameters) in SI, c (experiments,
-        constants) in SI, owner (samples,); gives (samples, sets, observed) in SI.
+        Takes t (samples,), u (samples, inputs), p (sets, parameters), c (experiments, constants), owner
+        (samples,).
         """
         y = np.empty((len(t), len(p), len(self.shown)))
         values = (np.ascontiguousarray(a, np.float64) for a in (t[:, None], u, p, c))
@@ -176,26 +131,15 @@ class Program(NamedTuple):
 
 @dataclass(frozen=True)
 class Equations:
-    """Equations x' = rates(t, x, u; p, c), and what is observed of them, in SymPy's terms.
-
-    Attributes:
-        states: symbols of the states.
-        inputs: symbols of the inputs.
-        parameters: symbols of the parameters.
-        constants: symbols of the constants of the operating point.
-        rates: time derivatives of the states.
-        observed: expressions whose values are wanted, any number.
-        laws: expressions that other symbols in them stand for.
-        tables: tables that they look up.
-    """
+    """Equations x' = rates(t, x, u; p, c), and what is observed of them, in SymPy's terms."""
 
     states: Sequence[sp.Symbol]
     inputs: Sequence[sp.Symbol]
     parameters: Sequence[sp.Symbol]
-    constants: Sequence[sp.Symbol]
+    constants: Sequence[sp.Symbol]  # constants of the operating point
     rates: Sequence[sp.Expr]
     observed: Sequence[sp.Expr]
-    laws: Mapping[sp.Symbol, sp.Expr]
+    laws: Mapping[sp.Symbol, sp.Expr]  # expressions that other symbols in them stand for
     tables: Sequence[Table]
 
     @classmethod

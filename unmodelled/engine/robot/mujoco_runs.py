@@ -29,25 +29,15 @@ _HELD = 1e10
 
 @dataclass(frozen=True)
 class RobotInMujoco:
-    """Robot file with what it gets beside it, and how the inputs of a system drive it.
+    """Robot file with what it gets beside it, and how the inputs of a system drive it."""
 
-    Attributes:
-        text: content of the file; contacts and limits of joints are left out, as in the equations.
-        name: name of the file, for messages.
-        controls: names of the inputs of actuators; those of other actuators are zero and without effect.
-        applied: effort on a joint that no actuator of the file drives, by its name: expression of the system.
-        locked: coordinate (rad or m) of each joint that does not move, by its name in the file.
-        supplement: numbers and forces beside the file, default none.
-        activations: state of the system that is the activation of an actuator with a time constant, by the
-            input of the actuator; default none.
-    """
-
-    text: str
-    name: str
-    controls: Sequence[str]
-    applied: Mapping[str, sp.Expr]
-    locked: Mapping[str, float] = field(default_factory=dict)
+    text: str  # content of the file; contacts and limits of joints are left out, as in the equations
+    name: str  # name of the file, for messages
+    controls: Sequence[str]  # inputs of actuators; those of other actuators are zero and without effect
+    applied: Mapping[str, sp.Expr]  # effort on a joint that no actuator of the file drives
+    locked: Mapping[str, float] = field(default_factory=dict)  # rad or m, by names of the file
     supplement: Supplement = field(default_factory=Supplement)
+    #: state that is the activation of an actuator with a time constant, by the input of the actuator
     activations: Mapping[str, str] = field(default_factory=dict)
 
     def __call__(self, system: System, observed: Sequence[sp.Expr]) -> MujocoRuns:
@@ -59,13 +49,8 @@ class MujocoRuns:
     """Free runs in MuJoCo with the integrator of the file, and its time step or a little less.
 
     States of the system that the robot does not have, such as the memory of a sensor, are integrated beside
-    it by Heun's method, as far as the observed values depend on them.
-
-    Args:
-        robot: robot file and its inputs.
-        system: system whose states, inputs and parameters the runs have; those that the supplement
-            remembers by have the same names.
-        observed: expressions whose values are wanted.
+    it by Heun's method, as far as the observed values depend on them. States that the supplement remembers by
+    have their names in the system.
     """
 
     def __init__(self, robot: RobotInMujoco, system: System, observed: Sequence[sp.Expr]) -> None:
@@ -113,11 +98,7 @@ class MujocoRuns:
         return self.observed.sizes
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI, x0 (windows, sets,
-        states) in SI; gives (windows, sets, most steps + 1, observed).
-        """
+        """Simulate checked windows; for the shapes of (p, c, x0) see `Backend.run`."""
         longest = int(windows.steps.max(initial=0)) + 1
         y = np.full((*x0.shape[:2], longest, len(self.observed.shown)), np.nan)
         hold = np.broadcast_to(np.asarray(how.hold, np.float64), windows.u.shape[1])

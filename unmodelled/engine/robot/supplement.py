@@ -47,21 +47,16 @@ Callback = Callable[[Any, Any], None]
 class Supplement:
     """Numbers and forces that belong to a robot beside its file.
 
-    Attributes:
-        numbers: numbers by joint or actuator and then by quantity, SI; they replace those of the file.
-        forces: effort on a joint by its name, N m or N: expression of the grammar of system files in
-            q_<joint>, qd_<joint>, applied_<joint> (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in
-            `values` and `rates`.
-        values: numbers of the expressions by name, SI.
-        rates: time derivative of each state that a force remembers by, by its name: such an expression.
-        starts: value of these states at the start of a run, default 0.
+    Forces and rates are expressions of the grammar of system files in q_<joint>, qd_<joint>, applied_<joint>
+    (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in `values` and `rates`.
     """
 
+    #: numbers by joint or actuator and quantity, SI; they replace those of the file
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    forces: Mapping[str, str] = field(default_factory=dict)
-    values: Mapping[str, float] = field(default_factory=dict)
-    rates: Mapping[str, str] = field(default_factory=dict)
-    starts: Mapping[str, float] = field(default_factory=dict)
+    forces: Mapping[str, str] = field(default_factory=dict)  # effort on a joint by its name, N m or N
+    values: Mapping[str, float] = field(default_factory=dict)  # numbers of the expressions, SI
+    rates: Mapping[str, str] = field(default_factory=dict)  # derivatives of states that a force remembers by
+    starts: Mapping[str, float] = field(default_factory=dict)  # initial values of these states, default 0
 
     def __bool__(self) -> bool:
         return bool(self.numbers or self.forces)
@@ -77,10 +72,10 @@ class Supplement:
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
         parts = {f.name: content.get(f.name, {}) for f in fields(cls)}
-        elements = parts["numbers"] if _is_object(parts["numbers"]) else {"": None}
+        elements = parts["numbers"] if isinstance(parts["numbers"], dict) else {"": None}
         numbers = [parts["values"], parts["starts"], *elements.values()]
         texts = [parts["forces"], parts["rates"]]
-        if not all(map(_is_object, [*numbers, *texts])):
+        if not all(isinstance(entries, dict) for entries in [*numbers, *texts]):
             raise BadInput(f"{path}: {', '.join(parts)} must be objects: give the file of diagnose")
         if not all(_is_number(value) for entries in numbers for value in entries.values()):
             raise BadInput(f"{path}: a number is missing or not finite: give the file of diagnose")
@@ -100,16 +95,7 @@ class Supplement:
 
 
 class Forces:
-    """Passive forces of the expressions of a supplement, with the states that they remember by.
-
-    Args:
-        supplement: supplement.
-        model: model of the robot.
-        where: start of the error message.
-
-    Attributes:
-        memory: values, shape (states,), of the states in `Supplement.rates`.
-    """
+    """Passive forces of the expressions of a supplement, with the states (states,) that they remember by."""
 
     def __init__(self, supplement: Supplement, model: Any, where: str) -> None:
         joints, actuators = _names(model, "joint"), _names(model, "actuator")
@@ -136,10 +122,7 @@ class Forces:
         self.begin(np.inf, self.starts)
 
     def begin(self, time: float, memory: Array) -> None:
-        """Set what the forces remember.
-
-        Takes time in s, memory (states,).
-        """
+        """Set a time, s, and what the forces remember then (states,)."""
         self.time, self.memory = time, memory.copy()
 
     def __call__(self, _: Any, data: Any) -> None:
@@ -192,10 +175,6 @@ def _index(model: Any, kind: str, element: str, where: str) -> int:
     if element not in names:
         raise BadInput(f"{where}: the robot has no {kind} {element!r}{closest(element, names)}")
     return names.index(element)
-
-
-def _is_object(entries: Any) -> bool:
-    return isinstance(entries, dict)
 
 
 def _is_number(value: Any) -> bool:

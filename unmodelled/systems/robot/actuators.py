@@ -8,7 +8,6 @@ from functools import cached_property
 
 from unmodelled.systems.robot.bodies import Actuator, Robot
 from unmodelled.systems.robot.links import Link, Tree
-from unmodelled.systems.robot.properties import units_of
 
 #: Text of a number of the file, given by element, quantity and value: the number, or a parameter's name.
 Written = Callable[[str, str, float], str]
@@ -16,30 +15,17 @@ Written = Callable[[str, str, float], str]
 
 @dataclass(frozen=True)
 class Activation:
-    """State of an actuator that follows its input.
+    """State of an actuator that follows its input."""
 
-    Attributes:
-        drive: name of the signal of the torque that depends on it.
-        unit: unit of the state.
-        initial: value at the start of an experiment.
-        rate: time derivative.
-    """
-
-    drive: str
+    drive: str  # signal of the torque that depends on it
     unit: str
-    initial: str
-    rate: str
+    initial: str  # expression of its initial value
+    rate: str  # expression of its time derivative
 
 
 @dataclass(frozen=True)
 class Drives:
-    """Torques on the joints of a robot.
-
-    Attributes:
-        robot: robot with actuators; a robot without any has one input per joint, its torque.
-        tree: moving links.
-        written: text of a number of the file.
-    """
+    """Torques on the joints of a robot; one without actuators has one input per joint, its torque."""
 
     robot: Robot
     tree: Tree
@@ -50,7 +36,7 @@ class Drives:
         """Entry of each input, by its name."""
         if not self.robot.actuators:
             joints = [self.robot.joints[k] for k in self.tree.leaders]
-            return {f"tau_{joint.name}": {"unit": units_of(joint).effort} for joint in joints}
+            return {f"tau_{joint.name}": {"unit": joint.units.effort} for joint in joints}
         moving = [a for a in self.robot.actuators if a.joint in self._links]
         return {f"u_{a.name}": {"unit": input_unit(self.robot, a)} for a in moving}
 
@@ -59,9 +45,9 @@ class Drives:
         """Outputs of the joints that follow another one, by name."""
         found = {}
         for link in (link for links in self.tree.followers.values() for link in links):
-            joint, units = self.robot.joints[link.joint], units_of(self.robot.joints[link.joint])
-            q, qd = self._motion(link)
-            found[f"q_{joint.name}"] = {"unit": units.position, "column": joint.written, "expression": q}
+            joint, (q, qd) = self.robot.joints[link.joint], self._motion(link)
+            units, column = joint.units, joint.written
+            found[f"q_{joint.name}"] = {"unit": units.position, "column": column, "expression": q}
             found[f"qd_{joint.name}"] = {"unit": units.speed, "expression": qd}
         return found
 
@@ -71,10 +57,8 @@ class Drives:
         found = {}
         for actuator in self.robot.actuators:
             if actuator.timeconst and actuator.joint in self._links:
-                unit, wanted = (
-                    input_unit(self.robot, actuator),
-                    _clipped(f"u_{actuator.name}", actuator.inputs),
-                )
+                unit = input_unit(self.robot, actuator)
+                wanted = _clipped(f"u_{actuator.name}", actuator.inputs)
                 slow = self.written(actuator.name, "timeconst", actuator.timeconst)
                 name = activation(actuator.name)
                 drive = f"drive_{self.robot.joints[self._links[actuator.joint].leader].name}"
@@ -183,7 +167,7 @@ def activation(actuator: str) -> str:
 
 def input_unit(robot: Robot, actuator: Actuator) -> str:
     """Return the unit of the input of an actuator."""
-    units = units_of(robot.joints[actuator.joint])
+    units = robot.joints[actuator.joint].units
     if actuator.is_servo:
         return units.position if actuator.kp else units.speed
     return units.effort if actuator.gain == 1.0 else "1"

@@ -33,16 +33,7 @@ _ZERO = (
 
 
 def compiled(text: str, where: str) -> Robot:
-    """Return the robot of an MJCF or URDF file.
-
-    Examples:
-        >>> robot = compiled('''<mujoco><worldbody><body name="rod">
-        ...   <joint name="pivot" axis="0 1 0" damping="0.1"/>
-        ...   <inertial mass="2" pos="0 0 -0.5" diaginertia="0.1 0.1 0.01"/>
-        ... </body></worldbody></mujoco>''', "rod.xml")
-        >>> robot.joints[0].damping, robot.bodies[0].mass, robot.gravity.tolist()
-        (0.1, 2.0, [0.0, 0.0, -9.81])
-    """
+    """Return the robot of an MJCF or URDF file."""
     return _Compiled(loaded(text, where), where).robot()
 
 

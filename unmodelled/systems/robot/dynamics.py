@@ -25,33 +25,20 @@ from unmodelled.systems.robot.spatial import ZERO, Matrix, Steps, Vector, number
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Symbols of one joint.
+    """Symbols of one joint."""
 
-    Attributes:
-        q: angle (rad) or travel (m).
-        qd: speed, rad/s or m/s.
-        torque: sum of the torques (N m) or forces (N) on the joint.
-    """
-
-    q: sp.Symbol
-    qd: sp.Symbol
-    torque: sp.Symbol
+    q: sp.Symbol  # angle (rad) or travel (m)
+    qd: sp.Symbol  # speed, rad/s or m/s
+    torque: sp.Symbol  # sum of the torques (N m) or forces (N) on the joint
 
 
 @dataclass
 class Dynamics:
-    """Equations of motion of a robot.
-
-    Attributes:
-        robot: bodies and joints.
-        tree: moving links.
-        coordinates: symbols of each joint that moves by itself, in the order of `Tree.leaders`.
-        value: value of a property of the file.
-    """
+    """Equations of motion of a robot."""
 
     robot: Robot
     tree: Tree
-    coordinates: Sequence[Coordinates]
+    coordinates: Sequence[Coordinates]  # of the joints that move by themselves, as `Tree.leaders`
     value: Value
 
     def __post_init__(self) -> None:

@@ -19,12 +19,7 @@ from unmodelled.systems.scope import Scope, Value, scope_of
 
 @dataclass(frozen=True)
 class Efforts:
-    """Efforts on the moving joints of a robot.
-
-    Attributes:
-        system: system of the robot as it was given.
-        robot: content of its file.
-    """
+    """Efforts on the moving joints of a robot, of a system as it was given."""
 
     system: System
     robot: Robot
@@ -70,10 +65,9 @@ class Efforts:
         return Tree.of(self.robot, {k: locked[written] for k, written in numbers.items()})
 
     def of_file(self, system: System) -> dict[str, sp.Expr]:
-        """Return the effort that the file makes on each joint: by its actuators, its damping and its spring.
+        """Return the effort on each joint of the actuators, the damping and the spring of the file.
 
-        Where the system does not drive a joint as its file does, the symbol applied_<joint> stands for the
-        effort that is applied to the joint.
+        Where the system does not drive a joint as its file does, applied_<joint> stands for what is applied.
         """
         scope, found = scope_of(system), {}
         for name in self.joints:
@@ -87,10 +81,7 @@ class Efforts:
         return found
 
     def of(self, system: System, laws: bool = True) -> dict[str, sp.Expr]:
-        """Return the whole effort that moves each joint in a system.
-
-        What is applied to a joint, see `of_file`, is its symbol.
-        """
+        """Return the whole effort on each joint; what is applied to a joint is its symbol, see `of_file`."""
         scope, applied = scope_of(system), self.applied(system)
         at_ports = {symbol(p.effort): (p.law if laws else None) or sp.S.Zero for p in system.ports}
         known = {e: _name(name, e) for name, e in applied.items()}

@@ -61,33 +61,19 @@ def robot_text(path: Path) -> str:
 
 @dataclass(frozen=True)
 class Needed:
-    """Part of a robot file that its dynamics need.
+    """Part of a robot file that its dynamics need."""
 
-    Attributes:
-        text: MJCF or URDF without meshes, without references to other files and without `mimic`; a URDF
-            without its inertias, in whose place are those of some body.
-        urdf: whether it is a URDF.
-        inertials: mass properties of the links of a URDF, by name.
-        mimics: joint that is followed (None: it does not move), ratio and offset of each joint of a URDF that
-            follows another one, by name.
-        notes: sentences on what was not used.
-    """
-
+    #: MJCF or URDF without meshes, references to other files and `mimic`; inertias of a URDF are replaced
     text: str
     urdf: bool
-    inertials: Mapping[str, Inertial]
+    inertials: Mapping[str, Inertial]  # mass properties of the links of a URDF, by name
+    #: joint that each joint of a URDF follows (None: it does not move), ratio and offset
     mimics: Mapping[str, tuple[str | None, float, float]]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # sentences on what was not used
 
     @classmethod
     def of(cls, text: str, where: str) -> Needed:
-        """Return what the dynamics need of a robot file.
-
-        Examples:
-            >>> xml = '<mujoco><asset><mesh name="m" file="/x.stl"/></asset><worldbody/></mujoco>'
-            >>> Needed.of(xml, "r.xml").text
-            '<mujoco><worldbody /></mujoco>'
-        """
+        """Return what the dynamics need of a robot file."""
         root = _root(text, where)
         if root.tag != "robot":
             _strip_mjcf(root, where)

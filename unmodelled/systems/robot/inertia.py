@@ -19,17 +19,11 @@ _AXES = "xyz"
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass properties of a rigid body about the origin of a frame.
+    """Mass properties of a rigid body about the origin of a frame."""
 
-    Attributes:
-        mass: mass, kg.
-        moment: mass times centre of mass, kg m.
-        matrix: inertia about the origin, kg m^2.
-    """
-
-    mass: sp.Expr
-    moment: Vector
-    matrix: Matrix
+    mass: sp.Expr  # kg
+    moment: Vector  # mass times centre of mass, kg m
+    matrix: Matrix  # about the origin, kg m^2
 
 
 def of_link(s: Steps, robot: Robot, link: Link, value: Value) -> Inertia:
@@ -58,10 +52,7 @@ def _placed(s: Steps, body: Body, place: Placement, value: Value) -> Inertia:
 
 
 def moved(s: Steps, inertia: Inertia, rotation: Matrix, origin: Vector) -> Inertia:
-    """Return mass properties in another frame, about the origin of that frame.
-
-    Takes origin in m.
-    """
+    """Return mass properties about the origin of another frame, in that frame; origin in m."""
     mass, p = inertia.mass, origin
     h = s.times(rotation, inertia.moment)
     x, y, z = (s.times(rotation, row) for row in inertia.matrix)

@@ -30,19 +30,12 @@ _SOME |= {"inertia": {"ixx": "1", "iyy": "1.1", "izz": "1.2", "ixy": "0", "ixz":
 
 @dataclass(frozen=True)
 class Inertial:
-    """Mass properties of a link.
+    """Mass properties of a link."""
 
-    Attributes:
-        mass: mass, kg.
-        com: centre of mass in the frame of the link, shape (3,), m.
-        moments: principal moments of inertia about the centre of mass, shape (3,), kg m^2.
-        axes: matrix from the principal axes to the frame of the link, shape (3, 3).
-    """
-
-    mass: float
-    com: Array
-    moments: Array
-    axes: Array
+    mass: float  # kg
+    com: Array  # (3,), centre of mass in the frame of the link, m
+    moments: Array  # (3,), principal moments of inertia about the centre of mass, kg m^2
+    axes: Array  # (3, 3), matrix from the principal axes to the frame of the link
 
     @property
     def possible(self) -> bool:
@@ -52,10 +45,9 @@ class Inertial:
 
 
 def inertials(root: ET.Element, where: str) -> dict[str, Inertial]:
-    """Return the mass properties of all links of a URDF file by name, and replace them by those of some body.
+    """Return the mass properties of the links of a URDF by name, and replace them by those of some body.
 
-    The attributes of `compiler` with which MuJoCo mends inertias act as in MuJoCo: `boundmass`,
-    `boundinertia` and `balanceinertia`.
+    `boundmass`, `boundinertia` and `balanceinertia` of `compiler` mend them as in MuJoCo.
     """
     found = {}
     mended = {key: text for each in root.findall("mujoco/compiler") for key, text in each.attrib.items()}
@@ -100,17 +92,13 @@ def _inertial(link: ET.Element, where: str) -> Inertial:
 
 
 def _mended(inertial: Inertial, how: Mapping[str, str], where: str) -> Inertial:
-    least = {key: value_of(how.get(key, "0"), f"{where}: compiler", key) for key in _BOUNDS}
-    moments = (
-        np.maximum(inertial.moments, least["boundinertia"]) if least["boundinertia"] else inertial.moments
-    )
-    mass = max(inertial.mass, least["boundmass"]) if least["boundmass"] else inertial.mass
+    bounds = (value_of(how.get(k, "0"), f"{where}: compiler", k) for k in ("boundmass", "boundinertia"))
+    least_mass, least_moment = bounds
+    mass = max(inertial.mass, least_mass) if least_mass else inertial.mass
+    moments = np.maximum(inertial.moments, least_moment) if least_moment else inertial.moments
     if how.get("balanceinertia") == "true" and moments[0] + moments[1] < moments[2]:
         moments = np.full(3, moments.mean())
     return Inertial(mass, inertial.com, moments, inertial.axes)
-
-
-_BOUNDS = ("boundmass", "boundinertia")
 
 
 def _child(parent: ET.Element, tag: str) -> ET.Element:

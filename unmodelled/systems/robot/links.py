@@ -22,15 +22,10 @@ _ROUNDING = 4e-15
 
 @dataclass
 class Placement:
-    """Frame in another frame.
+    """Frame in another frame."""
 
-    Attributes:
-        rotation: matrix from this frame to the other one, shape (3, 3).
-        position: origin in the other frame, shape (3,), m.
-    """
-
-    rotation: Array
-    position: Array
+    rotation: Array  # (3, 3), matrix from this frame to the other one
+    position: Array  # (3,), origin in the other frame, m
 
     def __matmul__(self, inner: Placement) -> Placement:
         return Placement(self.rotation @ inner.rotation, self.position + self.rotation @ inner.position)
@@ -38,41 +33,24 @@ class Placement:
 
 @dataclass
 class Link:
-    """Bodies that one joint moves together.
+    """Bodies that one joint moves together."""
 
-    Attributes:
-        joint: number of the joint.
-        parent: number of the parent link; -1 for the world.
-        placement: frame of the link in the parent's frame where the joint's angle or travel is zero.
-        offset: angle (rad) or travel (m) about or along z that is added to `ratio` times the coordinate of
-            the leader.
-        leader: number of the joint whose coordinate moves the link: its own, or that which it follows.
-        ratio: ratio of the coordinate of the joint to that of the leader; 1 for its own.
-        start: coordinate of the joint where that of the leader is zero, rad or m.
-        bodies: placement of every body in the frame of the link, by number of the body.
-    """
-
-    joint: int
-    parent: int
-    placement: Placement
-    offset: float
-    leader: int
-    ratio: float
-    start: float
-    bodies: dict[int, Placement] = field(default_factory=dict)
+    joint: int  # number of the joint
+    parent: int  # number of the parent link; -1 for the world
+    placement: Placement  # in the parent's frame, where the joint's angle or travel is zero
+    offset: float  # added to `ratio` times the coordinate of the leader, rad or m
+    leader: int  # number of the joint whose coordinate moves the link: its own, or that which it follows
+    ratio: float  # of the joint's coordinate to that of the leader; 1 for its own
+    start: float  # coordinate of the joint where that of the leader is zero, rad or m
+    bodies: dict[int, Placement] = field(default_factory=dict)  # in the frame of the link, by number
 
 
 @dataclass(frozen=True)
 class Tree:
-    """Links of a robot, parents first.
-
-    Attributes:
-        links: moving links.
-        gravity: acceleration of gravity in the frame of the world, shape (3,), m/s^2.
-    """
+    """Moving links of a robot, parents first."""
 
     links: tuple[Link, ...]
-    gravity: Array
+    gravity: Array  # (3,), acceleration of gravity in the frame of the world, m/s^2
 
     @property
     def leaders(self) -> tuple[int, ...]:
@@ -124,10 +102,7 @@ def _moved(joint: Joint, q: float) -> Placement:
 
 
 def about_z(angle: float) -> Array:
-    """Return the matrix of a rotation about z.
-
-    Takes angle in rad; gives (3, 3).
-    """
+    """Return the matrix (3, 3) of a rotation about z; angle in rad."""
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -203,9 +178,6 @@ def _about_x(angle: float) -> Array:
 
 
 def clean(numbers: Array) -> Array:
-    """Return numbers without the rounding errors of 0, 1 and -1.
-
-    Takes numbers (...); gives (...).
-    """
+    """Return numbers (...) without the rounding errors of 0, 1 and -1."""
     near = np.clip(np.round(numbers), -1.0, 1.0)
     return np.where(np.abs(numbers - near) < _ROUNDING, near, numbers)

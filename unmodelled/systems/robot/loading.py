@@ -29,17 +29,11 @@ _RIGID = (0.004, 1.0), (0.9999, 0.9999)
 
 @dataclass(frozen=True)
 class Loaded:
-    """Robot file in MuJoCo.
+    """Robot file in MuJoCo."""
 
-    Attributes:
-        model: compiled model.
-        urdf: whether the file is a URDF.
-        notes: sentences on numbers of the file that were not used, or that no solid body has.
-    """
-
-    model: Any
+    model: Any  # `mujoco.MjModel`
     urdf: bool
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # sentences on numbers of the file that were not used, or that no solid body has
 
 
 def loaded(text: str, where: str) -> Loaded:

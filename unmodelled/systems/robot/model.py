@@ -17,18 +17,12 @@ class MotionFunction:
 
     `acceleration_<joint>` depends on the torques of all joints and on the parameters of the robot,
     `mobility_<joint>`, its derivative by the torque of the joint, on the parameters.
-
-    Attributes:
-        name: name in expressions.
-        procedure: calculation of the result.
-        arguments: dimension of each argument by its symbol, in order.
-        unit: dimension of the result.
     """
 
     name: str
     procedure: Procedure
-    arguments: Mapping[sp.Symbol, Dimension]
-    unit: Dimension
+    arguments: Mapping[sp.Symbol, Dimension]  # dimension of each argument, in order
+    unit: Dimension  # dimension of the result
 
     def __call__(self, values: Sequence[sp.Expr]) -> sp.Expr:
         """Return a call of the function as an expression."""
@@ -43,22 +37,15 @@ class MotionFunction:
 
 @dataclass(frozen=True)
 class RobotModel:
-    """Robot whose equations are part of a system.
+    """Robot whose equations are part of a system."""
 
-    Attributes:
-        file: name of the MJCF or URDF file, as written in the system file; not compared.
-        text: content of the file.
-        locked: coordinate (rad or m) of each joint that does not move, by its name in the file.
-        functions: functions that expressions can call, by name.
-        notes: sentences on what the file says and the equations do not; not compared.
-        dynamics: equations that a system file need not write, by state; not compared.
-    """
-
-    file: str = field(compare=False)
+    file: str = field(compare=False)  # name as written in the system file
     text: str
+    #: coordinate (rad or m) of each joint that does not move, by its name in the file
     locked: Mapping[str, float]
     functions: Mapping[str, MotionFunction]
-    notes: tuple[str, ...] = field(default=(), compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)  # what the file says and the equations do not
+    #: equations that a system file need not write, by state
     dynamics: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def function(self, call: evaluated) -> MotionFunction | None:

@@ -1,66 +1,75 @@
-"""All numbers of a robot that a patched file can change, by element and quantity."""
+"""All numbers of a robot that a patched file can change, and those that can be parameters of a system."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from math import inf, isclose
 
 from unmodelled.systems.robot.actuators import input_unit
-from unmodelled.systems.robot.bodies import Actuator, Joint, Robot
-from unmodelled.systems.robot.properties import AXES, PAIRS, units_of
+from unmodelled.systems.robot.bodies import Robot
+from unmodelled.systems.robot.links import Tree
 
 #: Name of the body, joint or actuator, and name of the number; no two kinds of element share a quantity.
 Key = tuple[str, str]
 
+#: Axes of the numbers of a moment of inertia, in the order of MuJoCo's `fullinertia`.
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 OF_JOINTS = ("armature", "damping", "stiffness", "springref", "frictionloss")
-OF_ACTUATORS = (
-    "gear",
-    "gain",
-    "bias",
-    "kp",
-    "kv",
-    "timeconst",
-    "ctrl_low",
-    "ctrl_high",
-    "force_low",
-    "force_high",
-)
-OF_BODIES = (
-    *("mass", *(f"com_{axis}" for axis in AXES)),
-    *(f"inertia_{AXES[i]}{AXES[j]}" for i, j in PAIRS),
-)
+_LIMITS = ("ctrl_low", "ctrl_high", "force_low", "force_high")
+OF_ACTUATORS = ("gear", "gain", "bias", "kp", "kv", "timeconst", *_LIMITS)
+OF_BODIES = ("mass", "com_x", "com_y", "com_z", *(f"inertia_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS))
+#: Limits of what has none.
+_FREE = (-inf, inf)
 
 
 def numbers(robot: Robot) -> dict[Key, float]:
-    """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite.
-
-    Examples:
-        >>> from unmodelled.systems.robot.compile import compiled
-        >>> robot = compiled('''<mujoco><worldbody><body><joint name="rail" type="slide" damping="3"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
-        >>> numbers(robot)["rail", "damping"]
-        3.0
-    """
-    found: dict[Key, float] = {}
-    for joint in robot.joints:
-        found |= {(joint.name, quantity): value for quantity, value in _of_joint(joint).items()}
-    for actuator in robot.actuators:
-        found |= {(actuator.name, quantity): value for quantity, value in _of_actuator(actuator).items()}
-    for body in robot.bodies:
-        values = [body.mass, *body.com.tolist(), *(float(body.inertia[i, j]) for i, j in PAIRS)]
-        found |= {(body.name, quantity): v for quantity, v in zip(OF_BODIES, values, strict=True)}
-    return found
+    """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite."""
+    rows: list[tuple[str, tuple[str, ...], tuple[float, ...]]] = []
+    for j in robot.joints:
+        rows.append((j.name, OF_JOINTS, (j.armature, j.damping, j.stiffness, j.rest, j.frictionloss)))
+    for a in robot.actuators:
+        limits = (*(a.inputs or _FREE), *(a.forces or _FREE))
+        rows.append((a.name, OF_ACTUATORS, (a.gear, a.gain, a.bias, a.kp, a.kv, a.timeconst, *limits)))
+    for b in robot.bodies:
+        inertias = (float(b.inertia[i, j]) for i, j in PAIRS)
+        rows.append((b.name, OF_BODIES, (b.mass, *b.com.tolist(), *inertias)))
+    return {(name, q): value for name, qs, row in rows for q, value in zip(qs, row, strict=True)}
 
 
-def _of_joint(joint: Joint) -> dict[str, float]:
-    values = (joint.armature, joint.damping, joint.stiffness, joint.rest, joint.frictionloss)
-    return dict(zip(OF_JOINTS, values, strict=True))
+@dataclass(frozen=True)
+class Property:
+    """Number of a body, a joint or an actuator that can be a parameter of a system."""
+
+    element: str  # name of the body, joint or actuator
+    quantity: str  # name of the number, such as "armature"
+    value: float  # value in the file, SI
+    unit: str
+
+    @property
+    def name(self) -> str:
+        """Name of the parameter."""
+        return f"{self.element}_{self.quantity}"
+
+    def matches(self, pattern: str) -> bool:
+        """Return whether a pattern such as "*.armature" names the number."""
+        return fnmatchcase(f"{self.element}.{self.quantity}", pattern)
 
 
-def _of_actuator(actuator: Actuator) -> dict[str, float]:
-    given = (actuator.gear, actuator.gain, actuator.bias, actuator.kp, actuator.kv, actuator.timeconst)
-    limits = (*(actuator.inputs or (-inf, inf)), *(actuator.forces or (-inf, inf)))
-    return dict(zip(OF_ACTUATORS, (*given, *limits), strict=True))
+def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
+    """Yield all numbers of a robot file that can influence the motion of its links."""
+    values, moving = numbers(robot), sorted(link.joint for link in tree.links)
+    of_joint = ("armature", "damping", "stiffness")
+    keys = [(robot.joints[k].name, quantity) for k in moving for quantity in of_joint]
+    for a in (a for a in robot.actuators if a.joint in moving):
+        used = ["gear", *(quantity for quantity in ("timeconst", "kp", "kv") if getattr(a, quantity))]
+        keys += [(a.name, quantity) for quantity in (used if a.is_servo else [*used, "gain"])]
+    bodies = sorted(k for link in tree.links for k in link.bodies)
+    keys += [(robot.bodies[k].name, quantity) for k in bodies for quantity in OF_BODIES]
+    # the input of a motor with another gain than 1 has no unit
+    gains = {(a.name, "gain"): robot.joints[a.joint].units.effort for a in robot.actuators if a.gain != 1.0}
+    yield from (Property(*key, values[key], gains.get(key) or unit_of(robot, key)) for key in keys)
 
 
 def of(all_of_them: Mapping[Key, float], element: str, quantities: Sequence[str]) -> dict[str, float]:
@@ -100,21 +109,13 @@ def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[K
 
 
 def unit_of(robot: Robot, key: Key) -> str:
-    """Return the SI unit of a number.
-
-    Examples:
-        >>> from unmodelled.systems.robot.compile import compiled
-        >>> robot = compiled('''<mujoco><worldbody><body><joint name="rail" type="slide" damping="3"/>
-        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
-        >>> unit_of(robot, ("rail", "damping"))
-        'N s/m'
-    """
+    """Return the SI unit of a number."""
     element, quantity = key
     if quantity in OF_BODIES:
         return "kg" if quantity == "mass" else "m" if quantity.startswith("com_") else "kg m^2"
     actuators = {a.name: a for a in robot.actuators} if quantity in OF_ACTUATORS else {}
     joints = {j.name: j for j in robot.joints}
-    u = units_of(robot.joints[actuators[element].joint] if actuators else joints[element])
+    u = (robot.joints[actuators[element].joint] if actuators else joints[element]).units
     if quantity.startswith("ctrl_"):
         return input_unit(robot, actuators[element])
     stiffness, damping = f"{u.effort}/{u.position}", f"{u.effort} s/{u.position}"

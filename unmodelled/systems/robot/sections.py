@@ -20,7 +20,7 @@ from unmodelled.systems.robot.dynamics import Coordinates, Dynamics
 from unmodelled.systems.robot.files import LARGEST, listed, robot_text
 from unmodelled.systems.robot.links import Tree
 from unmodelled.systems.robot.model import MotionFunction, RobotModel
-from unmodelled.systems.robot.properties import Property, properties, units_of
+from unmodelled.systems.robot.numbers import Property, properties
 from unmodelled.systems.robot.spatial import number
 from unmodelled.systems.syntax import names, shown
 from unmodelled.systems.units import parse_unit
@@ -35,9 +35,8 @@ def with_robot(
 ) -> tuple[dict[str, Node], RobotModel]:
     """Return the sections of a system file with those of its robot, and the robot.
 
-    The inputs and outputs of the system file are all that the system has; without them, those of the robot
-    are. In all other sections, entries of the system file are added to those of the robot. Where the robot
-    has an entry of the same name, the fields of the system file replace its fields.
+    Inputs and outputs of the system file replace those of the robot. In all other sections its entries are
+    added, and its fields replace those of an entry of the same name.
     """
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)
@@ -147,8 +146,8 @@ class _Sections:
 
     @property
     def _states(self) -> list[tuple[str, Joint, str]]:
-        positions = [("q", j, units_of(j).position) for j in self.joints]
-        return [*positions, *(("qd", j, units_of(j).speed) for j in self.joints)]
+        positions = [("q", j, j.units.position) for j in self.joints]
+        return [*positions, *(("qd", j, j.units.speed) for j in self.joints)]
 
     @cached_property
     def parameters(self) -> list[Property]:
@@ -202,8 +201,7 @@ class _Sections:
         return {name: a for name, a in self.drives.activations.items() if a.drive not in given}
 
     def _port(self, joint: Joint) -> dict[str, str]:
-        units_ = units_of(joint)
-        entries = {"effort": f"load_{joint.name}", "unit": units_.effort}
+        entries = {"effort": f"load_{joint.name}", "unit": joint.units.effort}
         entries |= {"position": f"q_{joint.name}", "velocity": f"qd_{joint.name}"}
         driven = self.drives.drives[f"drive_{joint.name}"] != "0"
         return entries | {"load": f"drive_{joint.name}"} if driven else entries
@@ -226,11 +224,11 @@ class _Sections:
         used = {x for procedure in procedures for x in procedure.inputs}
         shared = [p for p in self.parameters if symbols[p.element, p.quantity] in used]
         own = {symbols[p.element, p.quantity]: parse_unit(p.unit).dimension for p in shared}
-        efforts = [parse_unit(units_of(j).effort).dimension for j in self.joints]
+        efforts = [parse_unit(j.units.effort).dimension for j in self.joints]
         torques = dict(zip((place.torque for place in places), efforts, strict=True))
         found = {}
         for joint, place, procedure, slope in zip(self.joints, places, procedures, slopes, strict=True):
-            unit = parse_unit(f"{units_of(joint).speed}/s").dimension
+            unit = parse_unit(f"{joint.units.speed}/s").dimension
             name = f"acceleration_{joint.name}"
             found[name] = MotionFunction(name, procedure, {**torques, **own}, unit)
             procedure.give_slope(procedure.inputs.index(place.torque), slope)

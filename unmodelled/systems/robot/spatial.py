@@ -14,30 +14,18 @@ ZERO: Vector = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
 
 def number(value: float) -> sp.Expr:
-    """Return a number as an expression; 0 and whole numbers are exact, so that SymPy leaves out what they do.
-
-    Examples:
-        >>> number(0.0) * sp.Symbol("x"), number(0.5) * 2
-        (0, 1.00000000000000)
-    """
+    """Return a number as an expression; whole ones are exact, so that SymPy leaves out what they do."""
     return sp.Integer(int(value)) if float(value).is_integer() else sp.Float(float(value))
 
 
 def numbers(values: Iterable[float]) -> Vector:
-    """Return three numbers as a vector of expressions.
-
-    Takes values (3,).
-    """
+    """Return three numbers (3,) as a vector of expressions."""
     x, y, z = map(number, values)
     return x, y, z
 
 
 class Steps:
-    """Recorder of the steps of a procedure.
-
-    Attributes:
-        found: symbol and expression of each step, in order.
-    """
+    """Recorder of the steps of a procedure."""
 
     def __init__(self) -> None:
         self.found: list[tuple[sp.Symbol, sp.Expr]] = []

@@ -31,17 +31,11 @@ class _Kept(ET.TreeBuilder):
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Elements of an MJCF or URDF file.
-
-    Attributes:
-        root: first element.
-        before: declaration of the file and comments before the root.
-        elements: body, joint and actuator elements, by kind and by name as in `compiled`.
-    """
+    """Elements of an MJCF or URDF file."""
 
     root: ET.Element
-    before: tuple[str, ...]
-    elements: dict[str, dict[str, ET.Element]]
+    before: tuple[str, ...]  # declaration of the file and comments before the root
+    elements: dict[str, dict[str, ET.Element]]  # by kind (body, joint, actuator) and by name as in `compiled`
 
     @classmethod
     def of(cls, text: str) -> RobotTree:
@@ -53,7 +47,8 @@ class RobotTree:
         else:
             bodies = [body for world in root.findall("worldbody") for body in _bodies(world)]
             joints = [joint for body in bodies for joint in _inside(body, "joint")]
-            found = {"body": bodies, "joint": joints, "actuator": _plain(root.findall("actuator/*"))}
+            actuators = [e for e in root.findall("actuator/*") if isinstance(e.tag, str)]  # no comments
+            found = {"body": bodies, "joint": joints, "actuator": actuators}
         named = {
             # MuJoCo's first body is the world
             kind: {plain_name(e.get("name") or f"{kind}{k}"): e for k, e in enumerate(elements, start=1)}
@@ -94,16 +89,6 @@ def _inside(body: ET.Element, tag: str) -> Iterator[ET.Element]:
             yield from _inside(element, tag)
 
 
-def _plain(elements: list[ET.Element]) -> list[ET.Element]:
-    """Elements without the comments between them."""
-    return [element for element in elements if isinstance(element.tag, str)]
-
-
 def row(*numbers: float) -> str:
-    """Return numbers as an attribute holds them, with ten digits.
-
-    Examples:
-        >>> row(0.1, -2.0)
-        '0.1 -2'
-    """
+    """Return numbers as an attribute holds them, with ten digits."""
     return " ".join(f"{number + 0.0:.10g}" for number in numbers)
