@@ -91,20 +91,13 @@ class Multipliers:
     dz = (i, f, o, g) is the difference of the inputs of the gates; gates * dz has the parts i, f, o and g.
     Then dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, and d output = state . ds_k + settings .
     dq.
-
-    Attributes:
-        gates: weights of the inputs of the gates, shape (steps, references, 4 n_s).
-        keep: weights of the last cell state in the new cell state, shape (steps, references, n_s).
-        show: weights of the cell state in the hidden state, shape (steps, references, n_s).
-        state: weights of the hidden state in the output, m, shape (steps, references, n_s).
-        settings: weights of the settings in the output, m per unit of the setting, shape (steps, references,
-            n_q).
     """
 
-    gates: Tensor
-    keep: Tensor
-    show: Tensor
-    state: Tensor
+    gates: Tensor  # (steps, references, 4 n_s), weights of the inputs of the gates
+    keep: Tensor  # (steps, references, n_s), weights of the last cell state in the new cell state
+    show: Tensor  # (steps, references, n_s), weights of the cell state in the hidden state
+    state: Tensor  # (steps, references, n_s), weights of the hidden state in the output, m
+    #: (steps, references, n_q), weights of the settings in the output, m per unit of the setting
     settings: Tensor
 
 

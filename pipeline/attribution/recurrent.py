@@ -15,27 +15,16 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Trace:
-    """Intermediate results of the network along runs; the first axis is time.
+    """Intermediate results of the network along runs; the first axis is time."""
 
-    Attributes:
-        tau: features in SI units, shape (steps, runs, n_tau).
-        q: settings in SI units, shape (runs, n_q).
-        z: inputs of the gates, in the order input, forget, output, candidate, shape (steps, runs, 4 n_s).
-        a: outputs of the gates, in the same order, shape (steps, runs, 4 n_s).
-        c: cell states, starting with c_0 = 0, shape (steps + 1, runs, n_s).
-        s: hidden states, starting with s_1, shape (steps, runs, n_s).
-        hidden: inputs of the ReLU units, shape (steps, runs, n_eta).
-        output: detachment eps, m, shape (steps, runs).
-    """
-
-    tau: Tensor
-    q: Tensor
-    z: Tensor
-    a: Tensor
-    c: Tensor
-    s: Tensor
-    hidden: Tensor
-    output: Tensor
+    tau: Tensor  # (steps, runs, n_tau), features in SI units
+    q: Tensor  # (runs, n_q), settings in SI units
+    z: Tensor  # (steps, runs, 4 n_s), inputs of the gates, in the order input, forget, output, candidate
+    a: Tensor  # (steps, runs, 4 n_s), outputs of the gates, in the same order
+    c: Tensor  # (steps + 1, runs, n_s), cell states, starting with c_0 = 0
+    s: Tensor  # (steps, runs, n_s), hidden states, starting with s_1
+    hidden: Tensor  # (steps, runs, n_eta), inputs of the ReLU units
+    output: Tensor  # (steps, runs), detachment eps, m
 
     def until(self, steps: int) -> Trace:
         """Return the first steps."""
@@ -50,29 +39,18 @@ class Recurrent:
 
     The standardisation of the inputs is part of the first layers, and the scale of the output is part of the
     last layer. Both are linear, so that attributions do not change.
-
-    Attributes:
-        inputs: names of the features and settings.
-        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, shape (n_tau, 4 n_s), ordered as in
-            `Trace`.
-        W_s: weights of the hidden state in the gates, shape (n_s, 4 n_s).
-        b: biases of the gates, shape (4 n_s,).
-        W5_s: weights of the hidden state in the head of eq. 5.12, shape (n_s, n_eta).
-        W5_q: weights of the settings in the head, shape (n_q, n_eta).
-        b5: biases of the head, shape (n_eta,).
-        W6: weights of the ReLU units in the output, m, shape (n_eta,).
-        b6: bias of the output, m, scalar.
     """
 
     inputs: SequenceInputs
+    #: (n_tau, 4 n_s), weights of the features in the gates of eq. 5.8 to 5.11, ordered as in `Trace`
     W_tau: Tensor
-    W_s: Tensor
-    b: Tensor
-    W5_s: Tensor
-    W5_q: Tensor
-    b5: Tensor
-    W6: Tensor
-    b6: Tensor
+    W_s: Tensor  # (n_s, 4 n_s), weights of the hidden state in the gates
+    b: Tensor  # (4 n_s,), biases of the gates
+    W5_s: Tensor  # (n_s, n_eta), weights of the hidden state in the head of eq. 5.12
+    W5_q: Tensor  # (n_q, n_eta), weights of the settings in the head
+    b5: Tensor  # (n_eta,), biases of the head
+    W6: Tensor  # (n_eta,), weights of the ReLU units in the output, m
+    b6: Tensor  # bias of the output, m, scalar
 
     @classmethod
     def of(cls, network: DetachmentNetwork) -> Recurrent:

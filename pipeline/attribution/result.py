@@ -41,21 +41,13 @@ def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[s
 
 @dataclass(frozen=True)
 class Attribution:
-    """Contribution of every input to the prediction of one run, eq. 5.13 and 5.22.
-
-    Attributes:
-        run: number of the experiment.
-        names: names of the features and settings, or of groups of them.
-        phi: contributions Phi_{i,k}, m, shape (names, steps).
-        base: mean output over the background Phi_{0,k}, m, shape (steps,).
-        output: output of the network, m, shape (steps,).
-    """
+    """Contribution of every input to the prediction of one run, eq. 5.13 and 5.22."""
 
     run: int
-    names: tuple[str, ...]
-    phi: Array
-    base: Array
-    output: Array
+    names: tuple[str, ...]  # features and settings, or groups of them
+    phi: Array  # (names, steps), contributions Phi_{i,k}, m
+    base: Array  # (steps,), mean output over the background Phi_{0,k}, m
+    output: Array  # (steps,), output of the network, m
 
     @property
     def error(self) -> Array:
@@ -94,19 +86,12 @@ def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Spearman's rank correlations of two methods; nan if one method gives the same value everywhere.
+    """Spearman's rank correlations of two methods; nan if one method gives the same value everywhere."""
 
-    Attributes:
-        shares: correlation of the inputs' shares in every run, shape (runs,).
-        trajectories: correlation of Phi at all inputs and steps of every run, shape (runs,).
-        all_shares: correlation of the inputs' shares over all runs together.
-        all_trajectories: correlation of Phi over all runs together.
-    """
-
-    shares: Array
-    trajectories: Array
-    all_shares: float
-    all_trajectories: float
+    shares: Array  # (runs,), correlation of the inputs' shares in every run
+    trajectories: Array  # (runs,), correlation of Phi at all inputs and steps of every run
+    all_shares: float  # over all runs together
+    all_trajectories: float  # over all runs together
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:

@@ -20,20 +20,13 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Choice:
-    """Randomly chosen rows of the table of experiments.
+    """Randomly chosen rows of the table of experiments."""
 
-    Attributes:
-        runs: jump runs to explain, which were not trained on, shape (runs,).
-        references: contact runs that were trained on, the longest first, because every step of a run needs a
-            reference of this length, shape (references,).
-        exact_runs: subset of `runs` that is also explained exactly, shape (exact runs,).
-        exact_references: subset of `references` for the exact explanation, shape (exact references,).
-    """
-
-    runs: Indices
+    runs: Indices  # (runs,), jump runs to explain, which were not trained on
+    #: (references,), contact runs that were trained on, the longest first: no run has steps without reference
     references: Indices
-    exact_runs: Indices
-    exact_references: Indices
+    exact_runs: Indices  # (exact runs,), subset of `runs` that is also explained exactly
+    exact_references: Indices  # (exact references,), subset of `references` for the exact explanation
 
     @classmethod
     def of(

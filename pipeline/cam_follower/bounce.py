@@ -27,25 +27,14 @@ STEP = 5e-4
 
 @dataclass(frozen=True)
 class BounceParameters:
-    """Parameters of the bounce simulation that are identified; all are positive.
+    """Parameters of the bounce simulation that are identified; all are positive."""
 
-    Attributes:
-        restitution: coefficient of restitution e: speed after divided by speed before an impact on the cam,
-            at most 1.
-        contact_compliance: compliance of the contact between roller and cam, m/N.
-        shaft_compliance: torsional compliance between encoder and cam, rad/(N m).
-        guide_coulomb: Coulomb friction b_0 of the guide, N (eq. 5.3).
-        guide_viscous: viscous friction b_1 of the guide, N s/m (eq. 5.3).
-
-    Raises:
-        BadInput: when a parameter is not positive, or the restitution is larger than 1.
-    """
-
+    #: Coefficient of restitution e: speed after divided by speed before an impact on the cam, at most 1
     restitution: float
-    contact_compliance: float
-    shaft_compliance: float
-    guide_coulomb: float
-    guide_viscous: float
+    contact_compliance: float  # compliance of the contact between roller and cam, m/N
+    shaft_compliance: float  # torsional compliance between encoder and cam, rad/(N m)
+    guide_coulomb: float  # Coulomb friction b_0 of the guide, N (eq. 5.3)
+    guide_viscous: float  # viscous friction b_1 of the guide, N s/m (eq. 5.3)
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
@@ -71,33 +60,21 @@ class BounceParameters:
 
 
 class Bounce(NamedTuple):
-    """Result of a simulation.
+    """Result of a simulation."""
 
-    Attributes:
-        eps: detachment of the follower from the cam, m, shape (samples,).
-        contact: share of the simulations of an ensemble in which the cam carries the follower, 0 to 1, shape
-            (samples,).
-    """
-
-    eps: Array
+    eps: Array  # (samples,), detachment of the follower from the cam, m
+    #: (samples,), share of the simulations of an ensemble in which the cam carries the follower, 0 to 1
     contact: Array
 
 
 @dataclass(frozen=True)
 class CamMotion:
-    """Measured motion of the cams in several runs, continuous in time.
-
-    Attributes:
-        motion: angle polynomials, cam curves and masses in the form of the kernel.
-        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
-        period: sampling period, s.
-        gravity: gravitational acceleration, m/s^2.
-    """
+    """Measured motion of the cams in several runs, continuous in time."""
 
     motion: Motion
-    offsets: Indices
-    period: float
-    gravity: float
+    offsets: Indices  # (runs + 1,), first samples of the runs, and the number of all samples
+    period: float  # s
+    gravity: float  # m/s^2
 
     @classmethod
     def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> CamMotion:

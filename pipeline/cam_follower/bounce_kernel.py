@@ -45,43 +45,24 @@ class Law(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Measured motion of the cams of several runs.
+    """Measured motion of the cams of several runs."""
 
-    Attributes:
-        pieces: cubic polynomials of the angle (rad) over the time (s) since the start of an interval, highest
-            power first, shape (intervals, 4).
-        curves: displacement h (m) and derivative h' (m/rad) of every cam over one turn, shape (cams, 2, n).
-        cam: number of the cam of every run, shape (runs,).
-        mass: mass of the follower in every run, kg, shape (runs,).
-    """
-
+    #: (intervals, 4), cubics of the angle (rad) over the time (s) in an interval, highest power first
     pieces: Array
-    curves: Array
-    cam: Indices
-    mass: Array
+    curves: Array  # (cams, 2, n), displacement h (m) and derivative h' (m/rad) of every cam over one turn
+    cam: Indices  # (runs,), number of the cam of every run
+    mass: Array  # (runs,), mass of the follower in every run, kg
 
 
 class Stretches(NamedTuple):
-    """Parts of runs to simulate, one entry per stretch.
-
-    The follower starts at `height` (m) with `speed` (m/s). The `steps` + 1 samples of a stretch are written
-    from `first` on. All arrays are (stretches,).
-
-    Attributes:
-        run: number of the run, shape (stretches,).
-        piece: number of the polynomial of the first interval, shape (stretches,).
-        steps: number of intervals, shape (stretches,).
-        height: height of the follower at the start, m, shape (stretches,).
-        speed: speed of the follower at the start, m/s, shape (stretches,).
-        first: index of the first of the `steps` + 1 result samples, shape (stretches,).
-    """
+    """Parts of runs to simulate; all arrays are (stretches,)."""
 
     run: Indices
-    piece: Indices
-    steps: Indices
-    height: Array
-    speed: Array
-    first: Indices
+    piece: Indices  # number of the polynomial of the first interval
+    steps: Indices  # number of intervals
+    height: Array  # at the start, m
+    speed: Array  # at the start, m/s
+    first: Indices  # index of the first of the `steps` + 1 result samples
 
 
 @kept()

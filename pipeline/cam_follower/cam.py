@@ -33,19 +33,12 @@ def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Arr
 
 @dataclass(frozen=True)
 class Cam:
-    """Geometry of one cam with its roller follower.
+    """Geometry of one cam with its roller follower."""
 
-    Attributes:
-        H: stroke, m.
-        beta: angle of the rise, rad.
-        base_radius: base radius r_b, m.
-        roller_radius: radius r_f of the roller, m; zero for a knife-edge follower.
-    """
-
-    H: float
-    beta: float
-    base_radius: float = 0.02
-    roller_radius: float = 0.008
+    H: float  # stroke, m
+    beta: float  # angle of the rise, rad
+    base_radius: float = 0.02  # base radius r_b, m
+    roller_radius: float = 0.008  # radius r_f of the roller, m; zero for a knife-edge follower
 
     @property
     def prime_radius(self) -> float:

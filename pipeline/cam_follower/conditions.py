@@ -17,27 +17,16 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating points, one entry per experiment.
+    """Operating points; all fields have one shape, (experiments,) or any other."""
 
-    Attributes:
-        V: motor voltage, V, shape (experiments,) or any other shape that all attributes share.
-        m: mass of the follower, kg, same shape.
-        H: stroke, m, same shape.
-        beta: angle of the rise, rad, same shape.
-        cam: number of the cam in the `CamTable`, int64, same shape.
-        J_c: inertia of the cam plate, kg m^2, same shape.
-        S_x: imbalance of the cam plate along x, N m, same shape.
-        S_y: imbalance of the cam plate along y, N m, same shape.
-    """
-
-    V: Tensor
-    m: Tensor
-    H: Tensor
-    beta: Tensor
-    cam: Tensor
-    J_c: Tensor
-    S_x: Tensor
-    S_y: Tensor
+    V: Tensor  # motor voltage, V
+    m: Tensor  # mass of the follower, kg
+    H: Tensor  # stroke, m
+    beta: Tensor  # angle of the rise, rad
+    cam: Tensor  # number of the cam in the `CamTable`, int64
+    J_c: Tensor  # inertia of the cam plate, kg m^2
+    S_x: Tensor  # imbalance of the cam plate along x, N m
+    S_y: Tensor  # the same along y, N m
 
     def __getitem__(self, index: Tensor) -> Conditions:
         """The conditions of the experiments `index` (any shape, int64)."""
@@ -45,13 +34,9 @@ class Conditions:
 
 
 class CamTable(nn.Module):
-    """Derivatives of the displacement of all cams, looked up by cam and angle.
+    """Derivatives of the displacement of all cams, looked up by cam and angle."""
 
-    Args:
-        curves: first (m/rad) and second derivative (m/rad^2) of the displacement over one turn, shape (cams,
-            2, n).
-    """
-
+    #: (cams, 2, n), first (m/rad) and second derivative (m/rad^2) over one turn; here one row per angle
     curves: Tensor
 
     def __init__(self, curves: Tensor) -> None:
@@ -78,14 +63,10 @@ class CamTable(nn.Module):
 
 @dataclass(frozen=True)
 class Bench:
-    """The mechanism with the cams of a campaign.
-
-    Attributes:
-        mechanism: constants of the bench.
-        cams: stroke (m) and angle of the rise (rad) of every cam, in the order of the tables' first axis.
-    """
+    """The mechanism with the cams of a campaign."""
 
     mechanism: CamFollower
+    #: Stroke (m) and angle of the rise (rad), in the order of the tables' first axis
     cams: tuple[tuple[float, float], ...]
 
     @classmethod

@@ -21,11 +21,7 @@ PRUNE = 25
 
 
 class ContactForce:
-    """Interface force of eq. 6.4 between the samples of a simulation, on the pitch curve.
-
-    Args:
-        bench: mechanism and cams.
-    """
+    """Interface force of eq. 6.4 between the samples of a simulation, on the pitch curve."""
 
     def __init__(self, bench: Bench) -> None:
         self.cams = CamTable(torch.tensor(bench.curves("pitch"), dtype=torch.float32))

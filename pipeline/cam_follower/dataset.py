@@ -15,23 +15,14 @@ from unmodelled.base.campaign import Campaign
 
 @dataclass(frozen=True)
 class Dataset:
-    """Trajectories on one uniform clock, one experiment after the other.
-
-    Attributes:
-        bench: mechanism and cams.
-        theta: angle of the cam, rad, shape (samples,).
-        omega: speed of the cam, rad/s, shape (samples,).
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        conditions: operating points of shape (experiments,).
-        period: sampling period, s.
-    """
+    """Trajectories on one uniform clock, one experiment after the other."""
 
     bench: Bench
-    theta: Tensor
-    omega: Tensor
-    offsets: Tensor
-    conditions: Conditions
-    period: float
+    theta: Tensor  # (samples,), angle of the cam, rad
+    omega: Tensor  # (samples,), speed of the cam, rad/s
+    offsets: Tensor  # (experiments + 1,), first samples of the experiments, and the number of all samples
+    conditions: Conditions  # (experiments,)
+    period: float  # s
 
     @classmethod
     def of(cls, campaign: Campaign, mechanism: CamFollower) -> Dataset:

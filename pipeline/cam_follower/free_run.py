@@ -29,19 +29,12 @@ UPPER = np.array([5e-2, 3.0, 1.0, 3.0, 1.0, 10.0])
 
 @dataclass(frozen=True)
 class Problem:
-    """Residuals of free runs over training experiments.
+    """Residuals of free runs over training experiments."""
 
-    Attributes:
-        arguments: arguments of the kernel after the parameters.
-        weight: square root of the share of every sample in the angle of its run, shape (runs, samples).
-        shape: shape of the residual, (runs, samples).
-        tolerance: root mean square error of a run, rad/s, above which its weight falls; a run with a false
-            stall is an example.
-    """
-
-    arguments: tuple[Any, ...]
-    weight: Array
-    shape: tuple[int, int]
+    arguments: tuple[Any, ...]  # of the kernel, after the parameters
+    weight: Array  # (runs, samples), square root of the share of every sample in the angle of its run
+    shape: tuple[int, int]  # of the residual, (runs, samples)
+    #: Root mean square error of a run, rad/s, above which its weight falls, as after a false stall
     tolerance: float
 
     def residual(self, x: Array) -> Array:

@@ -28,16 +28,11 @@ EXAMPLES = 6
 
 @dataclass(frozen=True)
 class Simulations:
-    """Results of free runs over held-out experiments.
+    """Results of free runs over held-out experiments."""
 
-    Attributes:
-        errors: table with the columns fold, repeat, exp, omega_mse (over the angle) and omega_mse_time, both
-            (rad/s)^2.
-        examples: table with the columns fold, exp, t (s), theta (rad) and omega (rad/s), of the first repeat.
-    """
-
+    #: Columns fold, repeat, exp, omega_mse (over the angle) and omega_mse_time, both (rad/s)^2
     errors: pd.DataFrame
-    examples: pd.DataFrame
+    examples: pd.DataFrame  # columns fold, exp, t (s), theta (rad) and omega (rad/s), of the first repeat
 
 
 def simulate_tests(

@@ -24,16 +24,11 @@ QUANTILES = {"jump": (0.25, 0.5, 0.75), "contact": (0.5,)}
 
 @dataclass(frozen=True)
 class Observed:
-    """Measured detachment of every run of a campaign.
+    """Measured detachment of every run of a campaign."""
 
-    Attributes:
-        experiments: table with one row per run, with the columns exp, label, H (m) and eps_share.
-        sequences: theta (rad), t (s) and eps (m), cut off and padded.
-        turns: samples of each full revolution of every run; all samples of a run without a full revolution.
-    """
-
-    experiments: pd.DataFrame
-    sequences: Sequences
+    experiments: pd.DataFrame  # one row per run, with the columns exp, label, H (m) and eps_share
+    sequences: Sequences  # theta (rad), t (s) and eps (m), cut off and padded
+    #: Samples of each full revolution of every run; all samples of a run without a full revolution
     turns: list[list[slice]]
 
     @classmethod

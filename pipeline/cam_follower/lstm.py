@@ -15,19 +15,11 @@ CHUNK = 256
 
 
 class DetachmentNetwork(nn.Module):
-    """Network R of eq. 5.7: an LSTM reads tau, and a ReLU network maps its output and q_s to eps (eq. 5.8 to
-    5.12).
+    """Network R of eq. 5.7: an LSTM reads tau, a ReLU network maps its output and q_s to eps (eq. 5.8-5.12).
 
-    Inputs are standardised and the output is scaled with statistics of the training runs. The statistics
-    belong to the network: `forward` takes and returns SI units, `scaled` standardised values. A new network
-    has mean 0 and scale 1.
-
-    Args:
-        inputs: names of the features and settings.
-        hidden: size n_s of the LSTM's state; default 32.
-        head: number n_eta of hidden units of the ReLU network; default 32.
-        dropout: probability that training ignores a hidden unit of the ReLU network; default 0.05.
-        generator: random generator of the initial weights; default: torch's own.
+    Inputs are standardised and the output is scaled with statistics of the training runs, which belong to the
+    network: `forward` takes and returns SI units, `scaled` standardised values. `hidden` and `head` are n_s
+    and n_eta; `dropout` acts on the ReLU units. All arrays are (inputs,) or scalars.
     """
 
     feature_mean: Tensor

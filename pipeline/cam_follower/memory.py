@@ -52,15 +52,9 @@ class Narx(Remembering):
 
 
 class RecurrentNetwork(nn.Module):
-    """A stack of `batch` recurrent networks with one layer of tanh neurons, eq. 2.10.
+    """A stack of `batch` recurrent networks with one layer of tanh neurons, eq. 2.10."""
 
-    Args:
-        scale: standard deviation of every input over the training data, shape (batch, inputs).
-        hidden: size of the state h.
-        generator: random generator of the initial weights (Glorot uniform; biases are zero).
-    """
-
-    scale: Tensor
+    scale: Tensor  # (batch, 1, inputs), inverse standard deviation over the training data
 
     def __init__(self, scale: Tensor, hidden: int, generator: Generator) -> None:
         super().__init__()

@@ -14,16 +14,9 @@ from pipeline.cam_follower.kernels import torch_function
 
 
 class ReluNetwork(nn.Module):
-    """A stack of `batch` ReLU networks with one hidden layer, and inputs scaled by 1 / standard deviation,
-    eq. 6.18.
+    """A stack of `batch` ReLU networks with one hidden layer, eq. 6.18."""
 
-    Args:
-        scale: standard deviation of every input over the training data, shape (batch, inputs).
-        hidden: number of hidden units.
-        generator: random generator of the initial weights (Glorot uniform; biases are zero).
-    """
-
-    scale: Tensor
+    scale: Tensor  # (batch, 1, inputs), inverse standard deviation over the training data
 
     def __init__(self, scale: Tensor, hidden: int, generator: Generator) -> None:
         super().__init__()

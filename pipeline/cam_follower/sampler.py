@@ -12,14 +12,9 @@ from pipeline.cam_follower.dataset import Dataset
 
 
 class Sampler:
-    """Random generator of training samples for a stack of models, each from its own experiments.
+    """Random training samples for a stack of models, each from its own experiments.
 
     Every experiment has the same weight, short or long (eq. 6.16).
-
-    Args:
-        dataset: measured trajectories.
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-        generator: random generator.
     """
 
     def __init__(self, dataset: Dataset, folds: list[Indices], generator: Generator) -> None:

@@ -46,23 +46,14 @@ class SequenceInputs:
 
 @dataclass(frozen=True)
 class Sequences:
-    """Runs of different length, with zeros after their end.
-
-    Attributes:
-        inputs: names of the features and settings.
-        runs: ids of the experiments, shape (runs,).
-        features: features in SI units, shape (runs, steps, features).
-        settings: settings in SI units, shape (runs, settings).
-        target: detachment eps, m, shape (runs, steps).
-        lengths: number of samples of every run, shape (runs,).
-    """
+    """Runs of different length, with zeros after their end."""
 
     inputs: SequenceInputs
-    runs: Indices
-    features: Array
-    settings: Array
-    target: Array
-    lengths: Indices
+    runs: Indices  # (runs,), ids of the experiments
+    features: Array  # (runs, steps, features), SI units
+    settings: Array  # (runs, settings), SI units
+    target: Array  # (runs, steps), detachment eps, m
+    lengths: Indices  # (runs,), numbers of samples
 
     @classmethod
     def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> Sequences:

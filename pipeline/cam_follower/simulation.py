@@ -73,22 +73,12 @@ def residual(campaign: Campaign) -> Campaign:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Settings of the averaged simulations.
+    """Settings of the averaged simulations."""
 
-    Attributes:
-        members: number of simulations to average.
-        spread: standard deviation of the logarithms of their parameters.
-        reach: number of samples before and after a simulated flight that still count as flight.
-        samples: number of samples after which a run is cut off.
-
-    Raises:
-        BadInput: when a setting is out of range.
-    """
-
-    members: int
-    spread: float
-    reach: int
-    samples: int
+    members: int  # number of simulations to average
+    spread: float  # standard deviation of the logarithms of their parameters
+    reach: int  # number of samples before and after a simulated flight that still count as flight
+    samples: int  # number after which a run is cut off
 
     def __post_init__(self) -> None:
         if min(self.members, self.samples) < 1 or self.reach < 0 or self.spread < 0.0:
@@ -97,17 +87,11 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class BounceFits(Fitted):
-    """Identified simulations of all folds.
-
-    Attributes:
-        mechanism: constants of the bench.
-        ensemble: settings of the averaged simulations.
-        parameters: identified parameters by fold.
-    """
+    """Identified simulations of all folds."""
 
     mechanism: CamFollower
     ensemble: Ensemble
-    parameters: Mapping[str, BounceParameters]
+    parameters: Mapping[str, BounceParameters]  # by fold
 
     @property
     def folds(self) -> list[str]:

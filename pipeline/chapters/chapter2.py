@@ -25,15 +25,7 @@ DYNAMIC = (
 
 
 class Region:
-    """Convex hull of explored states in a plane.
-
-    Args:
-        states: (samples, 2).
-
-    Attributes:
-        states: explored states, shape (samples, 2).
-        outline: (corners, 2) counterclockwise.
-    """
+    """Convex hull of explored states (samples, 2) in a plane; `outline` (corners, 2) is counterclockwise."""
 
     def __init__(self, states: Array) -> None:
         self.outline: Array = states[ConvexHull(states).vertices]

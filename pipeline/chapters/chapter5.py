@@ -136,12 +136,7 @@ TESTED = "median over jump test runs of the MSE of each repeat, one-sided Mann-W
 
 
 class Repeats:
-    """Prediction errors of single repeats.
-
-    Args:
-        table: table of all models, splits and folds, with the columns model, split, fold, repeat, label, mse
-            (mm^2) and jumps.
-    """
+    """Errors of single repeats: columns model, split, fold, repeat, label, mse (mm^2) and jumps."""
 
     def __init__(self, table: pd.DataFrame) -> None:
         jump = table["label"] == "jump"

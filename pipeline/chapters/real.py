@@ -141,21 +141,13 @@ PROTOCOL = (
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """The diagnosis of one system file of a machine.
-
-    Attributes:
-        machine: name of the machine.
-        withheld: physics that the system file leaves out.
-        case: right answer.
-        report: content of diagnosis.json.
-        data: kind of the logs, measured or virtual.
-    """
+    """The diagnosis of one system file of a machine."""
 
     machine: str
-    withheld: str
-    case: KnownCase
-    report: Report
-    data: str
+    withheld: str  # physics that the system file leaves out
+    case: KnownCase  # right answer
+    report: Report  # content of diagnosis.json
+    data: str  # measured or virtual
 
     @property
     def about(self) -> dict[str, str]:

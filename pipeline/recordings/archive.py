@@ -20,20 +20,9 @@ from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER
 
 
 class Archive:
-    """The published files of a machine.
+    """The published files of a machine, in a zip file or folder, with or without folders around the files.
 
-    Args:
-        path: zip file or folder, with or without folders around the files; None where the user gave none.
-        variable: environment variable that can give `path`, for the error message.
-
-    Attributes:
-        path: path of a zip file or folder, with or without folders around the files; None if the user gave no
-            path.
-        variable: environment variable that can give `path`, for the error message.
-        members: paths of the files inside, sorted.
-
-    Raises:
-        BadInput: when there is no path, or no zip file or folder at this path.
+    `variable` is the environment variable that can give the path; `members` are the paths inside, sorted.
     """
 
     def __init__(self, path: str | None, variable: str) -> None:

@@ -22,16 +22,11 @@ MOST = 10
 
 @dataclass(frozen=True)
 class Experiment:
-    """One row of experiments.csv and its log.
-
-    Attributes:
-        id: name of the experiment.
-        samples: table with the column t (s, from any start) and the columns of inputs and outputs.
-        constants: operating point, and `group` if experiments belong together; default: none.
-    """
+    """One row of experiments.csv and its log."""
 
     id: str
-    samples: pd.DataFrame
+    samples: pd.DataFrame  # columns t (s, from any start), inputs and outputs
+    #: Operating point, and `group` if some belong together
     constants: Mapping[str, float | str] = field(default_factory=dict)
 
 

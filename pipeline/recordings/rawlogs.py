@@ -28,15 +28,7 @@ COPIES = 4  # of a log's text, while its lines are told apart and read
 
 
 class RawLogs(Archive):
-    """The archive of a campaign.
-
-    Args:
-        path: path of the zip file, or of a folder with the same files.
-
-    Raises:
-        BadInput: when the archive is missing, damaged, too large after unpacking, or contains no
-            parameters.csv.
-    """
+    """The archive of a campaign."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(str(path), "DATASET")

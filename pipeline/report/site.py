@@ -38,18 +38,11 @@ GENERATOR = '<meta name="generator" content="pipeline site">'
 
 @dataclass(frozen=True)
 class Site:
-    """All pages with their content.
-
-    Attributes:
-        results: all results.
-        pages: pages in the order of the navigation.
-        shown: content of the pages by id.
-        record: tables of the executed stages, by id of the table.
-    """
+    """All pages with their content."""
 
     results: Results
-    pages: list[Page]
-    shown: dict[str, Contents]
+    pages: list[Page]  # in the order of the navigation
+    shown: dict[str, Contents]  # content of the pages by id
     #: What was run, when and with what, by the id of the table.
     record: dict[str, Table]
 

@@ -29,21 +29,13 @@ _EDGE = 0.002  # duration (s) of a step: the amplifier limits the rate of its cu
 
 @dataclass(frozen=True)
 class Profiles:
-    """A full factorial of fill pulses and ramps.
+    """A full factorial of fill pulses and ramps."""
 
-    Attributes:
-        pulse: level of the fill pulse, A.
-        highest: level at which the ramp ends, A.
-        u1: widths of the pulse, s.
-        u2: levels from which the ramp starts, A.
-        u3: slopes of the ramp, A/s.
-    """
-
-    pulse: float
-    u1: Sequence[float]
-    u2: Sequence[float]
-    u3: Sequence[float]
-    highest: float = 0.6
+    pulse: float  # level of the fill pulse, A
+    u1: Sequence[float]  # widths of the pulse, s
+    u2: Sequence[float]  # levels from which the ramp starts, A
+    u3: Sequence[float]  # slopes of the ramp, A/s
+    highest: float = 0.6  # level at which the ramp ends, A
 
     @property
     def settings(self) -> list[tuple[float, float, float]]:

@@ -16,19 +16,12 @@ _START = 0.999  # speed of the idle input shaft over the motor's
 
 @dataclass(frozen=True)
 class Setting:
-    """Settings of n engagements.
+    """Settings of n engagements."""
 
-    Attributes:
-        omega_m: speed of the motor, rad/s, shape (n,).
-        brake: torque of the brake, N m, shape (n,).
-        threshold: threshold pressure of the return spring, bar, shape (n,).
-        touch: touch point of the plates, mm, shape (n,).
-    """
-
-    omega_m: Array
-    brake: Array
-    threshold: Array
-    touch: Array
+    omega_m: Array  # (n,), speed of the motor, rad/s
+    brake: Array  # (n,), N m
+    threshold: Array  # (n,), threshold pressure of the return spring, bar
+    touch: Array  # (n,), touch point of the plates, mm
 
     def only(self, i: int) -> "Setting":
         """Return the setting of one engagement, with arrays of shape (1,)."""
@@ -42,54 +35,30 @@ class ClutchRig:
 
     Valve and chamber follow eq. 3.16, the piston eq. 3.17. The torque ratio of the converter is max(1, ratio
     - slope nu) and its capacity C0 (1 - nu^4), with nu = omega_1 / omega_m.
-
-    Attributes:
-        wn: natural frequency of the valve, rad/s.
-        zeta: damping ratio of the valve.
-        Kp: gain of the valve, bar/A.
-        p_rest: pressure without current, bar.
-        b2: gain of the current's slope, bar/(A s).
-        Kz: gain of the piston, mm/bar.
-        tau_z: time constant of the piston, s.
-        c2: gain of the pressure's slope, mm/bar.
-        p_hc0: threshold pressure of the return spring, bar.
-        z_M: stroke of the piston, mm.
-        z_p: touch point of the plates, mm.
-        w_delta: half width of the transition from film to plates, mm.
-        gamma: drag of the oil film, N m mm s/rad.
-        gap: smallest gap of the oil film, mm.
-        alpha: friction torque of the plates per pressure, N m/bar.
-        R: gear ratio between the shafts.
-        J1: inertia of the input shaft, kg m^2.
-        J2: inertia of the output shaft, kg m^2.
-        b: viscous friction of the output shaft, N m s/rad.
-        ratio: torque ratio of the converter at standstill.
-        slope: slope of the torque ratio over the speed ratio.
-        C0: capacity of the converter at standstill, N m s^2/rad^2.
     """
 
-    wn: float = 30.0
-    zeta: float = 0.9
-    Kp: float = 20.0
-    p_rest: float = 0.2
-    b2: float = 40.0
-    Kz: float = 1.0
-    tau_z: float = 0.25
-    c2: float = 0.0
-    p_hc0: float = 2.05
-    z_M: float = 2.0
-    z_p: float = 1.5
-    w_delta: float = 0.1
-    gamma: float = 0.04
-    gap: float = 0.05
-    alpha: float = 22.0
-    R: float = 2.5
-    J1: float = 0.25
-    J2: float = 2.5
-    b: float = 0.05
-    ratio: float = 2.0
-    slope: float = 1.15
-    C0: float = 0.00487
+    wn: float = 30.0  # natural frequency of the valve, rad/s
+    zeta: float = 0.9  # damping ratio of the valve
+    Kp: float = 20.0  # gain of the valve, bar/A
+    p_rest: float = 0.2  # pressure without current, bar
+    b2: float = 40.0  # gain of the current's slope, bar/(A s)
+    Kz: float = 1.0  # gain of the piston, mm/bar
+    tau_z: float = 0.25  # time constant of the piston, s
+    c2: float = 0.0  # gain of the pressure's slope, mm/bar
+    p_hc0: float = 2.05  # threshold pressure of the return spring, bar
+    z_M: float = 2.0  # stroke of the piston, mm
+    z_p: float = 1.5  # touch point of the plates, mm
+    w_delta: float = 0.1  # half width of the transition from film to plates, mm
+    gamma: float = 0.04  # drag of the oil film, N m mm s/rad
+    gap: float = 0.05  # smallest gap of the oil film, mm
+    alpha: float = 22.0  # friction torque of the plates per pressure, N m/bar
+    R: float = 2.5  # gear ratio between the shafts
+    J1: float = 0.25  # inertia of the input shaft, kg m^2
+    J2: float = 2.5  # inertia of the output shaft, kg m^2
+    b: float = 0.05  # viscous friction of the output shaft, N m s/rad
+    ratio: float = 2.0  # torque ratio of the converter at standstill
+    slope: float = 1.15  # slope of the torque ratio over the speed ratio
+    C0: float = 0.00487  # capacity of the converter at standstill, N m s^2/rad^2
 
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
         """Return the torque T_1 of the converter on the input shaft.

@@ -28,28 +28,17 @@ OUTSIDE = "unknown"  # what truth.json has as verdict where an effect is of no f
 
 @dataclass(frozen=True)
 class Planted:
-    """A planted effect of truth.json.
-
-    Attributes:
-        family: family of the effect.
-        channel: channel of the effect.
-        answers: families and channels of the right answers.
-        factor: factor of the operating point at one level of which the effect acts; None: the effect acts in
-            all experiments.
-        level: level of the factor.
-        seen: whether the oracle sees the effect.
-        share: share of the squared gap of the case.
-        material: whether this share is at least a tenth.
-    """
+    """A planted effect of truth.json."""
 
     family: str
     channel: str
-    answers: frozenset[tuple[str, str]]
+    answers: frozenset[tuple[str, str]]  # families and channels that are right
+    #: Of the operating point, at one level of which the effect acts; None: in all experiments
     factor: str | None
-    level: float | str | None
-    seen: bool
-    share: float = 1.0
-    material: bool = True
+    level: float | str | None  # of the factor
+    seen: bool  # by the oracle
+    share: float = 1.0  # of the squared gap of the case
+    material: bool = True  # whether this share is at least a tenth
 
     @classmethod
     def of(cls, row: Content, seen: bool) -> Planted:
@@ -92,22 +81,14 @@ def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Case:
-    """Planted effects and diagnosis of a case.
-
-    Attributes:
-        planted: planted effects.
-        outside: whether the planted effect belongs to no family.
-        gap_seen: whether the oracle sees a gap.
-        diagnosis: content of diagnosis.json.
-        acts_at: channels at which each parameter acts, see `parameter_channels`.
-        tolerated: families and channels that describe parts of the measurement chain.
-    """
+    """Planted effects and diagnosis of a case."""
 
     planted: tuple[Planted, ...]
-    outside: bool
-    gap_seen: bool
-    diagnosis: Content
-    acts_at: ActsAt
+    outside: bool  # the planted effect belongs to no family
+    gap_seen: bool  # by the oracle
+    diagnosis: Content  # content of diagnosis.json
+    acts_at: ActsAt  # see `parameter_channels`
+    #: Families and channels that describe parts of the measurement chain
     tolerated: frozenset[tuple[str, str]] = frozenset()
 
     @classmethod

@@ -35,12 +35,7 @@ EXPLAINED = 0.02
 
 @dataclass(frozen=True)
 class Term:
-    """Effect of the largest term.
-
-    Attributes:
-        family: family of the effect.
-        channel: channel of the effect.
-    """
+    """Effect of the largest term."""
 
     family: str
     channel: str

@@ -81,17 +81,11 @@ def _checked(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Fits(Fitted):
-    """All networks of a folder.
-
-    Attributes:
-        inputs: features and settings that the networks read.
-        samples: number of samples after which a run is cut off.
-        networks: networks by fold, one per repeat.
-    """
+    """All networks of a folder."""
 
     inputs: SequenceInputs
-    samples: int
-    networks: Mapping[str, list[DetachmentNetwork]]
+    samples: int  # number after which a run is cut off
+    networks: Mapping[str, list[DetachmentNetwork]]  # by fold, one per repeat
 
     @property
     def folds(self) -> list[str]:

@@ -21,15 +21,10 @@ PHYSICS = "bounce"
 
 @dataclass(frozen=True)
 class HybridFits(Fitted):
-    """Simulations and networks of all folds; the inputs of a network depend on its fold.
-
-    Attributes:
-        physics: identified simulations.
-        networks: networks by fold.
-    """
+    """Simulations and networks of all folds; the inputs of a network depend on its fold."""
 
     physics: BounceFits
-    networks: Mapping[str, Fits]
+    networks: Mapping[str, Fits]  # by fold
 
     @property
     def folds(self) -> list[str]:

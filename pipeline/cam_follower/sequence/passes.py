@@ -19,35 +19,21 @@ STRIDE = 0x9E3779B1
 
 
 class Runs(NamedTuple):
-    """Standardised runs, padded to the longest.
+    """Standardised runs, padded to the longest."""
 
-    Attributes:
-        tau: features, shape (runs, steps, features).
-        q: settings, shape (runs, settings).
-        target: scaled targets, shape (runs, steps).
-        lengths: number of samples of every run, shape (runs,).
-    """
-
-    tau: Single
-    q: Single
-    target: Single
-    lengths: Indices
+    tau: Single  # (runs, steps, features)
+    q: Single  # (runs, settings)
+    target: Single  # (runs, steps), scaled
+    lengths: Indices  # (runs,), numbers of samples
 
 
 class Adam(NamedTuple):
-    """Weights and state of the optimiser Adam.
+    """Weights and state of the optimiser Adam."""
 
-    Attributes:
-        p: vector of weights, shape (weights,).
-        m: first moments, shape (weights,).
-        v: second moments, shape (weights,).
-        slope: last gradient, shape (weights,).
-    """
-
-    p: Single
-    m: Single
-    v: Single
-    slope: Single
+    p: Single  # (weights,)
+    m: Single  # (weights,), first moments
+    v: Single  # (weights,), second moments
+    slope: Single  # (weights,), last gradient
 
 
 @compiled

@@ -24,19 +24,12 @@ CURVE, INVISIBLE = 70, 0.004
 
 @dataclass(frozen=True)
 class Place:
-    """Place of an operating point in a figure.
+    """Place of an operating point in a figure."""
 
-    Attributes:
-        axes: panel of the motor speed.
-        x: horizontal position.
-        width: horizontal width of the place.
-        brake: rank of the brake torque, from 0.
-    """
-
-    axes: Axes
+    axes: Axes  # panel of the motor speed
     x: float
     width: float
-    brake: int
+    brake: int  # rank of the brake torque, from 0
 
 
 def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, Place]:

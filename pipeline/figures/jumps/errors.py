@@ -137,17 +137,10 @@ Score = Callable[[pd.DataFrame], Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Side:
-    """A panel with the folds of one split.
-
-    Attributes:
-        split: name of the split.
-        folds: names of the folds from left to right.
-        xlabel: label below the panel.
-        title: title above the panel.
-    """
+    """A panel with the folds of one split."""
 
     split: str
-    folds: list[str]
+    folds: list[str]  # from left to right
     xlabel: str
     title: str
 

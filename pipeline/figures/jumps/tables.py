@@ -40,22 +40,13 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 @dataclass(frozen=True)
 class Input:
-    """Look of an input of the networks; inputs of one kind have a common hue.
+    """Look of an input of the networks; inputs of one kind have a common hue."""
 
-    Attributes:
-        label: name on axes and in legends.
-        unit: unit on axes.
-        colour: colour of lines and areas.
-        hatch: hatch of areas, which distinguishes similar greys and greens; default: none.
-        marker: marker of points, one per kind, for readers who cannot distinguish the hues; default: a
-            circle.
-    """
-
-    label: str
+    label: str  # on axes and in legends
     unit: str
-    colour: str
-    hatch: str = ""
-    marker: str = "o"
+    colour: str  # of lines and areas
+    hatch: str = ""  # of areas, which distinguishes similar greys and greens
+    marker: str = "o"  # one per kind, for readers who cannot distinguish the hues
 
 
 INPUTS = {

@@ -85,21 +85,13 @@ def signal_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors of free runs over test signals and repeats.
+    """Errors of free runs over test signals and repeats."""
 
-    Attributes:
-        rmse: errors of the runs that did not diverge, in increasing order, rad/s, shape (runs,).
-        mean: mean of `rmse`, rad/s; nan if all runs diverged.
-        best: smallest error, rad/s.
-        limit: error below which 90 % of the runs lie, rad/s; infinite if more than 10 % diverged.
-        diverged: number of runs that diverged.
-    """
-
-    rmse: Array
-    mean: float
-    best: float
-    limit: float
-    diverged: int
+    rmse: Array  # (runs,), rad/s, of the runs that did not diverge, in increasing order
+    mean: float  # rad/s; nan if all runs diverged
+    best: float  # rad/s
+    limit: float  # error below which 90 % of the runs lie, rad/s; infinite if more than 10 % diverged
+    diverged: int  # number of runs
 
 
 def accuracy(errors: pd.DataFrame) -> Accuracy:

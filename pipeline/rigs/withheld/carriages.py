@@ -24,23 +24,14 @@ from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, 
 
 @dataclass(frozen=True)
 class Hoist(Machine):
-    """Drum with position control that lifts a payload m (kg), the operating point; reduced to the rope.
+    """Drum with position control that lifts a payload m (kg), the operating point; reduced to the rope."""
 
-    Attributes:
-        M: mass of drum and balanced cabin, kg.
-        kf: force constant of the drive, N/V.
-        b: damping, N s/m.
-        stiffness: proportional gain of the controller, V/m.
-        damping: derivative gain of the controller, V s/m.
-        supply: largest voltage of the controller, V.
-    """
-
-    M: float = 8.5
-    kf: float = 12.0
-    b: float = 31.0
-    stiffness: float = 160.0
-    damping: float = 18.0
-    supply: float = 12.0
+    M: float = 8.5  # mass of drum and balanced cabin, kg
+    kf: float = 12.0  # force constant of the drive, N/V
+    b: float = 31.0  # damping, N s/m
+    stiffness: float = 160.0  # proportional gain of the controller, V/m
+    damping: float = 18.0  # derivative gain of the controller, V s/m
+    supply: float = 12.0  # largest voltage of the controller, V
 
     name = "hoist"
     input = "u"
@@ -112,31 +103,18 @@ class Hoist(Machine):
 
 @dataclass(frozen=True)
 class BeltAxis(Machine):
-    """Motor that moves a carriage through a toothed belt, with position control; at the radius of the pulley.
+    """Motor that moves a carriage through a toothed belt, with position control, reduced to the belt."""
 
-    Attributes:
-        m_m: mass of the motor, kg.
-        m_c: mass of the carriage, kg.
-        b_m: damping of the motor, N s/m.
-        b_c: damping of the carriage, N s/m.
-        k_b: stiffness of the belt, N/m.
-        c_b: damping of the belt, N s/m.
-        kf: force constant of the drive, N/A.
-        stiffness: proportional gain of the controller, A/m.
-        damping: derivative gain of the controller, A s/m.
-        supply: largest current of the controller, A.
-    """
-
-    m_m: float = 1.6
-    m_c: float = 4.2
-    b_m: float = 7.0
-    b_c: float = 14.0
-    k_b: float = 2.0e4
-    c_b: float = 40.0
-    kf: float = 10.0
-    stiffness: float = 320.0
-    damping: float = 22.0
-    supply: float = 15.0
+    m_m: float = 1.6  # mass of the motor, kg
+    m_c: float = 4.2  # mass of the carriage, kg
+    b_m: float = 7.0  # damping of the motor, N s/m
+    b_c: float = 14.0  # damping of the carriage, N s/m
+    k_b: float = 2.0e4  # stiffness of the belt, N/m
+    c_b: float = 40.0  # damping of the belt, N s/m
+    kf: float = 10.0  # force constant of the drive, N/A
+    stiffness: float = 320.0  # proportional gain of the controller, A/m
+    damping: float = 22.0  # derivative gain of the controller, A s/m
+    supply: float = 15.0  # largest current of the controller, A
 
     name = "belt_axis"
     input = "i"

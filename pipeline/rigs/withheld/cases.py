@@ -20,40 +20,23 @@ _EVERYTHING = 0.6  # share of the campaigns that log all outputs
 
 @dataclass(frozen=True)
 class Planted:
-    """One planted effect.
+    """One planted effect."""
 
-    Attributes:
-        family: family of the effect, as the machine offers it.
-        channel: channel of the effect, as the machine offers it.
-        factor: factor of the operating point at one level of which the effect acts, or "group"; default: the
-            effect acts in all runs.
-        at: level of the factor, or name of the group.
-    """
-
-    family: str
-    channel: str
+    family: str  # as the machine offers it
+    channel: str  # as the machine offers it
+    #: Of the operating point, at one level of which the effect acts, or "group"; None: acts in all runs
     factor: str | None = None
-    at: float | str | None = None
+    at: float | str | None = None  # level of the factor, or name of the group
 
 
 @dataclass(frozen=True)
 class Case:
-    """Effects on a machine.
+    """Effects on a machine."""
 
-    Attributes:
-        system: name of the machine.
-        effects: planted effects.
-        level: size of the effects relative to their typical size.
-        seed: seed of all other choices.
-
-    Raises:
-        BadInput: when there is no such machine, the machine offers no such effect, or the level is negative.
-    """
-
-    system: str
+    system: str  # name of the machine
     effects: tuple[Planted, ...]
-    level: float
-    seed: int
+    level: float  # size of the effects relative to their typical size
+    seed: int  # of all other choices
 
     def __post_init__(self) -> None:
         for planted in self.effects:

@@ -27,23 +27,14 @@ _COUNT = 2.0 * np.pi / 8192
 
 @dataclass(frozen=True)
 class Pendulum(Machine):
-    """Pendulum that is driven at its joint.
+    """Pendulum that is driven at its joint."""
 
-    Attributes:
-        J: moment of inertia, kg m^2.
-        b: damping, N m s/rad.
-        mgl: weight times distance of the centre of mass from the joint, N m.
-        stiffness: stiffness of the controller of the angle, N m/rad.
-        damping: damping of this controller, N m s/rad.
-        supply: largest torque of this controller, N m.
-    """
-
-    J: float = 0.02
-    b: float = 0.03
-    mgl: float = 1.2
-    stiffness: float = 6.0
-    damping: float = 0.4
-    supply: float = 3.0
+    J: float = 0.02  # moment of inertia, kg m^2
+    b: float = 0.03  # damping, N m s/rad
+    mgl: float = 1.2  # weight times distance of the centre of mass from the joint, N m
+    stiffness: float = 6.0  # stiffness of the controller of the angle, N m/rad
+    damping: float = 0.4  # damping of this controller, N m s/rad
+    supply: float = 3.0  # largest torque of this controller, N m
 
     name = "pendulum"
     input = "torque"
@@ -112,48 +103,27 @@ class Pendulum(Machine):
 
 
 class Linkage(NamedTuple):
-    """First and second derivatives of positions of the linkage by the angle of the crank.
+    """First and second derivatives by the angle of the crank, each of shape (n,)."""
 
-    Attributes:
-        slider: derivatives of the slider's position, m/rad and m/rad^2, each of shape (n,).
-        rod_x: derivatives of the horizontal position of the rod's centre, m/rad and m/rad^2, each of shape
-            (n,).
-        rod_y: derivatives of the vertical position of the rod's centre, m/rad and m/rad^2, each of shape
-            (n,).
-        rod_angle: derivatives of the rod's angle, 1 and 1/rad, each of shape (n,).
-    """
-
-    slider: tuple[Array, Array]
-    rod_x: tuple[Array, Array]
-    rod_y: tuple[Array, Array]
-    rod_angle: tuple[Array, Array]
+    slider: tuple[Array, Array]  # position, m/rad and m/rad^2
+    rod_x: tuple[Array, Array]  # of the rod's centre, m/rad and m/rad^2
+    rod_y: tuple[Array, Array]  # of the rod's centre, m/rad and m/rad^2
+    rod_angle: tuple[Array, Array]  # 1 and 1/rad
 
 
 @dataclass(frozen=True)
 class SliderCrank(Machine):
-    """Slider-crank with speed control; the crank turns in a vertical plane, the slider moves horizontally.
+    """Slider-crank with speed control; the crank turns in a vertical plane, the slider moves horizontally."""
 
-    Attributes:
-        m1: mass of the crank, kg.
-        m2: mass of the rod, kg.
-        m3: mass of the slider, kg.
-        l1: length of the crank, m.
-        l2: length of the rod, m.
-        J1: inertia of motor and crank, kg m^2.
-        B_m: damping of the shaft, N m s/rad.
-        gain: gain of the speed controller, N m s/rad.
-        torque: largest torque of the controller, N m.
-    """
-
-    m1: float = 0.23
-    m2: float = 0.35
-    m3: float = 0.77
-    l1: float = 0.05
-    l2: float = 0.29
-    J1: float = 0.0034
-    B_m: float = 0.007
-    gain: float = 0.12
-    torque: float = 5.0
+    m1: float = 0.23  # mass of the crank, kg
+    m2: float = 0.35  # mass of the rod, kg
+    m3: float = 0.77  # mass of the slider, kg
+    l1: float = 0.05  # length of the crank, m
+    l2: float = 0.29  # length of the rod, m
+    J1: float = 0.0034  # inertia of motor and crank, kg m^2
+    B_m: float = 0.007  # damping of the shaft, N m s/rad
+    gain: float = 0.12  # gain of the speed controller, N m s/rad
+    torque: float = 5.0  # largest torque of the controller, N m
 
     name = "slider_crank"
     input = "T"
@@ -265,32 +235,19 @@ class CamDrive(Machine):
 
     The groove lifts the follower by `lift` with a share `skew` of second harmonic. The operating point is the
     mass m of the follower (kg) and the supply V (V). The motor gets the share `duty` of the supply.
-
-    Attributes:
-        J: inertia of the shaft, kg m^2.
-        b: damping of the shaft, N m s/rad.
-        kt: torque constant of the motor, N m/A.
-        R: resistance of the motor, ohm.
-        m_0: mass of the follower in addition to m, kg.
-        k_s: stiffness of the spring, N/m.
-        y_0: compression of the spring at the lowest position, m.
-        lift: amplitude of the groove, m.
-        skew: share of the second harmonic in the groove.
-        gain: gain of the controller of the speed, s/rad.
-        fastest: set point of the speed at the reference 1, rad/s.
     """
 
-    J: float = 0.004
-    b: float = 0.01
-    kt: float = 0.26
-    R: float = 0.95
-    m_0: float = 0.35
-    k_s: float = 150.0
-    y_0: float = 0.04
-    lift: float = 0.04
-    skew: float = 0.15
-    gain: float = 0.03
-    fastest: float = 25.0
+    J: float = 0.004  # inertia of the shaft, kg m^2
+    b: float = 0.01  # damping of the shaft, N m s/rad
+    kt: float = 0.26  # torque constant of the motor, N m/A
+    R: float = 0.95  # resistance of the motor, ohm
+    m_0: float = 0.35  # mass of the follower in addition to m, kg
+    k_s: float = 150.0  # stiffness of the spring, N/m
+    y_0: float = 0.04  # compression of the spring at the lowest position, m
+    lift: float = 0.04  # amplitude of the groove, m
+    skew: float = 0.15  # share of the second harmonic in the groove
+    gain: float = 0.03  # gain of the controller of the speed, s/rad
+    fastest: float = 25.0  # set point of the speed at the reference 1, rad/s
 
     name = "cam_drive"
     input = "duty"

@@ -102,24 +102,14 @@ def smooth(s: Array) -> Array:
 
 @dataclass(frozen=True)
 class Experiments:
-    """The n runs of a case.
-
-    Attributes:
-        plan: plan of the runs.
-        t: time, s, shape (samples, n).
-        u: commanded inputs, shape (samples, n).
-        outputs: logged outputs by name, each of shape (samples, n).
-        exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
-            shape (samples, n).
-        effects: channel and effect of every planted effect.
-    """
+    """The n runs of a case."""
 
     plan: Plan
-    t: Array
-    u: Array
-    outputs: dict[str, Array]
-    exact: dict[str, Array]
-    effects: list[tuple[str, Effect]]
+    t: Array  # (samples, n), s
+    u: Array  # (samples, n), commanded
+    outputs: dict[str, Array]  # (samples, n) each, logged
+    exact: dict[str, Array]  # (samples, n) each, without noise and resolution, but with planted sensor faults
+    effects: list[tuple[str, Effect]]  # channel and effect of every planted effect
 
 
 def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> Experiments:
@@ -154,18 +144,12 @@ def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[
 
 
 class Built(NamedTuple):
-    """A machine with what acts on it; the effects are new objects, which remember one simulation.
+    """A machine with what acts on it; the effects are new objects, which remember one simulation."""
 
-    Attributes:
-        machine: machine with its built-in effects.
-        forces: port and force of every planted force; smooth forces come before forces that project
-            velocities.
-        drive: distortions of the command, in the order of the signal.
-    """
-
-    machine: Machine
+    machine: Machine  # with its built-in effects
+    #: Port and planted force; smooth ones come before those that project velocities
     forces: list[tuple[str, PortEffect]]
-    drive: list[ActuatorEffect]
+    drive: list[ActuatorEffect]  # distortions of the command, in the order of the signal
 
 
 def built(machine: Machine, effects: Placed) -> Built:

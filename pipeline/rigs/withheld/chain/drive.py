@@ -30,13 +30,9 @@ class _FirstOrder(ActuatorEffect):
 
 @dataclass(frozen=True)
 class DriveLag(Part):
-    """The log holds the command; the drive follows it with a lag of first order, `time` s.
+    """Drive that follows the logged command with a lag of first order."""
 
-    Attributes:
-        time: time constant of the lag, s.
-    """
-
-    time: float
+    time: float  # s
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DriveLag:
@@ -68,14 +64,10 @@ FILTER = 0.003, 0.008  # s
 class ClosedLoop(Part):
     """Controller of the input, from a set point and encoder positions.
 
-    The speed is the difference of two positions after a low-pass of first order with the time constant
-    `filter` (s), so that counts reach the input.
-
-    Attributes:
-        filter: time constant of the low-pass of the speed, s.
+    The speed is the difference of two positions after a low-pass of first order: counts reach the input.
     """
 
-    filter: float
+    filter: float  # time constant of the low-pass, s
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> ClosedLoop:
@@ -84,13 +76,7 @@ class ClosedLoop(Part):
 
 
 class Controller:
-    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation.
-
-    Args:
-        machine: machine with its constants.
-        loop: part of the measurement chain with the filter.
-        period: sampling period, s.
-    """
+    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation."""
 
     def __init__(self, machine: Machine, loop: ClosedLoop, period: float) -> None:
         self.machine, self.period = machine, period

@@ -18,19 +18,11 @@ FASTEST = 1e-3
 
 @dataclass(frozen=True)
 class Clock(Part):
-    """Samples are taken `jitter` (rms, periods) beside the grid; time runs fast by the share `fast`.
+    """Clock of the logger, whose samples lie beside the grid."""
 
-    `stamped`: whether the log has the instants of the samples; otherwise it has the grid.
-
-    Attributes:
-        jitter: standard deviation of the sampling instants, periods.
-        fast: share by which the time stamps run fast.
-        stamped: whether the log has the instants of the samples; otherwise it has the uniform grid.
-    """
-
-    jitter: float
-    fast: float
-    stamped: bool
+    jitter: float  # rms, periods
+    fast: float  # share by which time runs fast
+    stamped: bool  # the log has the instants of the samples; otherwise it has the uniform grid
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Clock:
@@ -59,11 +51,7 @@ EDGE = 0.05
 
 @dataclass(frozen=True)
 class CoarseEncoder(Part):
-    """Positions in counts that are `factor` times as wide as those of the machine's encoder.
-
-    Attributes:
-        factor: width of a count relative to the encoder of the machine.
-    """
+    """Positions in counts that are `factor` times as wide as those of the machine's encoder."""
 
     factor: float
 
@@ -100,18 +88,11 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
 
 @dataclass(frozen=True)
 class DifferencedSpeed(Part):
-    """Speeds are differences of the logged positions over `window` s, then a low-pass of first order at
-    `cut_off` Hz (0: none). `centred`: computed after the run, without latency.
+    """Speeds are differences of the logged positions, then pass a low-pass of first order."""
 
-    Attributes:
-        window: width of the difference, s.
-        cut_off: cut-off frequency of the low-pass of first order, Hz; 0: no low-pass.
-        centred: whether the window lies around the sample; otherwise it ends there.
-    """
-
-    window: float
-    cut_off: float
-    centred: bool
+    window: float  # width of the difference, s
+    cut_off: float  # Hz; 0: no low-pass
+    centred: bool  # the window lies around the sample, computed after the run; else it ends there
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
@@ -160,15 +141,10 @@ HIGHEST = 0.4
 
 @dataclass(frozen=True)
 class LowPass(Part):
-    """Outputs pass a Butterworth filter of second order at `cut_off` Hz; the input, too, if `whole`.
+    """Outputs pass a Butterworth filter of second order."""
 
-    Attributes:
-        cut_off: cut-off frequency, Hz.
-        whole: whether the input passes the filter, too.
-    """
-
-    cut_off: float
-    whole: bool
+    cut_off: float  # Hz
+    whole: bool  # the input passes it, too
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> LowPass:

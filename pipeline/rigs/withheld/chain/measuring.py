@@ -77,17 +77,11 @@ HORIZON = 0.1  # s, that of the shares; a diagnosis chooses its horizon from the
 
 
 class Shares(NamedTuple):
-    """Root mean square errors of free runs over `HORIZON`, in standard deviations of the logged outputs.
+    """Root mean square errors of free runs over `HORIZON`, in standard deviations of the logged outputs."""
 
-    Attributes:
-        effects: error of the machine without any planted effect, with its true constants.
-        chain: error of the machine with all planted effects and without the measurement chain.
-        each: error of the machine without one planted effect, by effect.
-    """
-
-    effects: float
-    chain: float
-    each: tuple[float, ...]
+    effects: float  # without any planted effect, with the true constants
+    chain: float  # with all planted effects, without the measurement chain
+    each: tuple[float, ...]  # without one planted effect, by effect
 
     @property
     def shares(self) -> tuple[float, ...]:

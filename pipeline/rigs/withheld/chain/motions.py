@@ -36,12 +36,7 @@ KINDS: Mapping[str, Kind] = {**SMOOTH, "multisine": _multisine, "steps": _steps}
 
 
 class Motions(NamedTuple):
-    """Names of the kind of every run, in `KINDS`: those of the logs, then those of the validation.
-
-    Attributes:
-        learned: kind of every run of the logs.
-        validation: kind of every validation run.
-    """
+    """Names of the kind of every run, in `KINDS`: those of the logs, then those of the validation."""
 
     learned: tuple[str, ...]
     validation: tuple[str, ...]

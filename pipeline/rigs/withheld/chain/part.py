@@ -21,17 +21,11 @@ Names = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class Readings:
-    """Signals of n runs, (samples, n) each.
+    """Signals of n runs."""
 
-    Attributes:
-        t: time stamps, s, shape (samples, n).
-        u: logged input, shape (samples, n).
-        outputs: outputs by name, in SI units, shape (samples, n) each.
-    """
-
-    t: Array
-    u: Array
-    outputs: Mapping[str, Array]
+    t: Array  # (samples, n), time stamps, s
+    u: Array  # (samples, n), logged
+    outputs: Mapping[str, Array]  # (samples, n) each, by name, SI units
 
 
 @dataclass(frozen=True)
@@ -78,13 +72,9 @@ class Part:
 
 @dataclass(frozen=True)
 class VaryingPart(Part):
-    """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero.
+    """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero."""
 
-    Attributes:
-        excess: excess of every run, share of the mean, shape (n,).
-    """
-
-    excess: tuple[float, ...]
+    excess: tuple[float, ...]  # (n,)
 
     @classmethod
     def drawn(cls, runs: int, rng: np.random.Generator) -> Self:

@@ -12,17 +12,11 @@ from pipeline.rigs.withheld.effects.effect import Port, PortEffect
 
 @dataclass
 class RubberSpring(PortEffect):
-    """A spring that is slightly softer at large deflections.
+    """A spring that is slightly softer at large deflections."""
 
-    Attributes:
-        stiffness: stiffness, SI unit of the port.
-        rest: position without force.
-        reach: deflection beyond which the spring is softer.
-    """
-
-    stiffness: float
-    rest: float
-    reach: float
+    stiffness: float  # SI unit of the port
+    rest: float  # position without force
+    reach: float  # deflection beyond which the spring is softer
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         s = port.position - self.rest
@@ -31,19 +25,12 @@ class RubberSpring(PortEffect):
 
 @dataclass
 class PlaySpring(PortEffect):
-    """A spring with play, linear and cubic beyond the play.
+    """A spring with play, linear and cubic beyond the play."""
 
-    Attributes:
-        stiffness: linear stiffness, SI unit of the port.
-        hardening: cubic stiffness, SI unit of the port.
-        rest: centre of the play.
-        play: half width of the play.
-    """
-
-    stiffness: float
-    hardening: float
-    rest: float
-    play: float
+    stiffness: float  # linear stiffness, SI unit of the port
+    hardening: float  # cubic stiffness, SI unit of the port
+    rest: float  # centre of the play
+    play: float  # half width of the play
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         s = port.position - self.rest
@@ -53,21 +40,13 @@ class PlaySpring(PortEffect):
 
 @dataclass
 class OneSidedSpring(PortEffect):
-    """A progressive spring that acts on one side only.
+    """A progressive spring that acts on one side only."""
 
-    Attributes:
-        stiffness: stiffness at the deflection `reach`, SI unit of the port.
-        begin: position at which contact begins.
-        side: side of the contact, 1 above `begin` and -1 below.
-        exponent: exponent of the force; default 1.7.
-        reach: deflection scale; default 1.
-    """
-
-    stiffness: float
-    begin: float
-    side: float
-    exponent: float = 1.7
-    reach: float = 1.0
+    stiffness: float  # stiffness at the deflection `reach`, SI unit of the port
+    begin: float  # position at which contact begins
+    side: float  # side of the contact, 1 above `begin` and -1 below
+    exponent: float = 1.7  # exponent of the force
+    reach: float = 1.0  # deflection scale
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         depth = np.maximum(0.0, self.side * (port.position - self.begin)) / self.reach
@@ -76,19 +55,12 @@ class OneSidedSpring(PortEffect):
 
 @dataclass
 class Bumper(PortEffect):
-    """Stops with the law of Hunt and Crossley, stiffness depth^1.5 (1 + loss v), without pull.
+    """Stops with the law of Hunt and Crossley, stiffness depth^1.5 (1 + loss v), without pull."""
 
-    Attributes:
-        stiffness: stiffness, SI unit of the port.
-        loss: damping factor, inverse of a speed.
-        low: position of the lower stop.
-        high: position of the upper stop.
-    """
-
-    stiffness: float
-    loss: float
-    low: float
-    high: float
+    stiffness: float  # SI unit of the port
+    loss: float  # damping factor, inverse of a speed
+    low: float  # position of the lower stop
+    high: float  # position of the upper stop
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         above = np.maximum(0.0, port.position - self.high) ** 1.5

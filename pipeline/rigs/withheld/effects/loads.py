@@ -14,13 +14,9 @@ from pipeline.rigs.withheld.effects.effect import Effect, Port, PortEffect
 
 @dataclass
 class ConstantLoad(PortEffect):
-    """A constant load.
+    """A constant load."""
 
-    Attributes:
-        load: force, SI unit of the port; one value per run has shape (n,).
-    """
-
-    load: float | Array
+    load: float | Array  # SI unit of the port; one value per run is (n,)
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return np.broadcast_to(dt * self.load, port.velocity.shape)
@@ -28,15 +24,10 @@ class ConstantLoad(PortEffect):
 
 @dataclass
 class Unbalance(PortEffect):
-    """An eccentric weight on a shaft: moment sin(angle - phase).
+    """An eccentric weight on a shaft: moment sin(angle - phase)."""
 
-    Attributes:
-        moment: largest torque, N m.
-        phase: angle without torque, rad.
-    """
-
-    moment: float
-    phase: float
+    moment: float  # largest torque, N m
+    phase: float  # angle without torque, rad
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.moment * np.sin(port.position - self.phase)
@@ -44,17 +35,11 @@ class Unbalance(PortEffect):
 
 @dataclass
 class Ripple(PortEffect):
-    """Harmonics of the position.
+    """Harmonics of the position."""
 
-    Attributes:
-        amplitudes: amplitude of every harmonic, SI unit of the port.
-        orders: wave number of every harmonic, 1/m or 1/rad.
-        phases: phase of every harmonic, rad.
-    """
-
-    amplitudes: Sequence[float]
-    orders: Sequence[float]
-    phases: Sequence[float]
+    amplitudes: Sequence[float]  # SI unit of the port
+    orders: Sequence[float]  # wave numbers, 1/m or 1/rad
+    phases: Sequence[float]  # rad
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         total = np.zeros_like(port.position)
@@ -65,15 +50,10 @@ class Ripple(PortEffect):
 
 @dataclass
 class WrongInertia(Effect):
-    """An inertia that is larger than in the system file.
+    """An inertia that is larger than in the system file."""
 
-    Attributes:
-        name: name of the machine's constant.
-        excess: difference of the inertia, SI unit.
-    """
-
-    name: str
-    excess: float
+    name: str  # of the machine's constant
+    excess: float  # SI unit
 
     def refitted(self, machine: Any) -> Any:
         return replace(machine, **{self.name: getattr(machine, self.name) + self.excess})

@@ -13,21 +13,13 @@ from pipeline.rigs.withheld.effects.effect import Port, PortEffect
 
 @dataclass
 class LooseInertia(PortEffect):
-    """Part of the machine's inertia with play, with impacts at its two stops.
+    """Part of the machine's inertia with play, with impacts at its two stops."""
 
-    Attributes:
-        name: name of the machine's constant that the inertia is part of.
-        inertia: inertia of the loose part, SI unit.
-        play: distance to each stop.
-        restitution: coefficient of restitution at the stops.
-        quiet: relative speed below which an impact has no rebound.
-    """
-
-    name: str
-    inertia: float
-    play: float
-    restitution: float
-    quiet: float
+    name: str  # of the machine's constant that the inertia is part of
+    inertia: float  # inertia of the loose part, SI unit
+    play: float  # distance to each stop
+    restitution: float  # coefficient of restitution at the stops
+    quiet: float  # relative speed below which an impact has no rebound
     _body: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
 
     def refitted(self, machine: Any) -> Any:
@@ -47,19 +39,12 @@ class LooseInertia(PortEffect):
 
 @dataclass
 class Resonator(PortEffect):
-    """Part of the machine's inertia on a spring.
+    """Part of the machine's inertia on a spring."""
 
-    Attributes:
-        name: name of the machine's constant that the inertia is part of.
-        inertia: inertia of the part, SI unit.
-        frequency: natural frequency with the port at rest, Hz.
-        damping: damping ratio with the port at rest.
-    """
-
-    name: str
-    inertia: float
-    frequency: float
-    damping: float
+    name: str  # of the machine's constant that the inertia is part of
+    inertia: float  # inertia of the part, SI unit
+    frequency: float  # natural frequency with the port at rest, Hz
+    damping: float  # damping ratio with the port at rest
     _body: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
 
     def refitted(self, machine: Any) -> Any:

@@ -28,26 +28,16 @@ class BallScrew(Mechanism):
     """Axis with a ball screw: a motor moves a table with a payload, with position control.
 
     The payload m (kg) is the operating point.
-
-    Attributes:
-        J: moment of inertia of motor and screw, kg m^2.
-        b: damping of motor and screw, N m s/rad.
-        m_t: mass of the table, kg.
-        b_t: damping of the table, N s/m.
-        n: travel of the table per angle of the screw, m/rad.
-        kt: torque constant of the motor, N m/A.
-        stiffness: proportional gain of the controller, A/rad.
-        damping: derivative gain of the controller, A s/rad.
     """
 
-    J: float = 5e-4
-    b: float = 2e-3
-    m_t: float = 12.0
-    b_t: float = 90.0
-    n: float = 0.02 / (2.0 * np.pi)
-    kt: float = 0.45
-    stiffness: float = 1.5
-    damping: float = 0.06
+    J: float = 5e-4  # moment of inertia of motor and screw, kg m^2
+    b: float = 2e-3  # damping of motor and screw, N m s/rad
+    m_t: float = 12.0  # mass of the table, kg
+    b_t: float = 90.0  # damping of the table, N s/m
+    n: float = 0.02 / (2.0 * np.pi)  # travel of the table per angle of the screw, m/rad
+    kt: float = 0.45  # torque constant of the motor, N m/A
+    stiffness: float = 1.5  # proportional gain of the controller, A/rad
+    damping: float = 0.06  # derivative gain of the controller, A s/rad
 
     limits = -16.0, 16.0
     name = "ball_screw"
@@ -109,24 +99,15 @@ class Magnet(Mechanism):
     """Stage that an electromagnet pulls against a spring: the force falls with the square of the gap.
 
     At the position 0 the spring is relaxed.
-
-    Attributes:
-        m: mass of the stage, kg.
-        b: damping of the guide, N s/m.
-        k_s: stiffness of the spring, N/m.
-        k_m: constant of the magnet, N m^2/A^2.
-        gap: gap of the magnet at the position 0, m.
-        stiffness: proportional gain of the controller, A/m.
-        damping: derivative gain of the controller, A s/m.
     """
 
-    m: float = 0.8
-    b: float = 6.0
-    k_s: float = 1000.0
-    k_m: float = 2e-5
-    gap: float = 0.01
-    stiffness: float = 60.0
-    damping: float = 0.5
+    m: float = 0.8  # mass of the stage, kg
+    b: float = 6.0  # damping of the guide, N s/m
+    k_s: float = 1000.0  # stiffness of the spring, N/m
+    k_m: float = 2e-5  # constant of the magnet, N m^2/A^2
+    gap: float = 0.01  # gap of the magnet at the position 0, m
+    stiffness: float = 60.0  # proportional gain of the controller, A/m
+    damping: float = 0.5  # derivative gain of the controller, A s/m
 
     limits = 0.0, 4.0
     ports = {"stage": (1.0,)}  # noqa: RUF012
@@ -177,32 +158,19 @@ class MassChain(Mechanism):
     """Three masses in a row, with springs and dampers between them; a force acts on the first one.
 
     The first spring is fixed to the frame.
-
-    Attributes:
-        m1: first mass, kg.
-        m2: second mass, kg.
-        m3: third mass, kg.
-        k1: stiffness between the frame and the first mass, N/m.
-        k2: stiffness between first and second mass, N/m.
-        k3: stiffness between second and third mass, N/m.
-        b1: damping between the frame and the first mass, N s/m.
-        b2: damping between first and second mass, N s/m.
-        b3: damping between second and third mass, N s/m.
-        stiffness: proportional gain of the controller, N/m.
-        damping: derivative gain of the controller, N s/m.
     """
 
-    m1: float = 1.5
-    m2: float = 1.0
-    m3: float = 0.8
-    k1: float = 900.0
-    k2: float = 700.0
-    k3: float = 500.0
-    b1: float = 2.5
-    b2: float = 1.5
-    b3: float = 1.2
-    stiffness: float = 200.0
-    damping: float = 8.0
+    m1: float = 1.5  # first mass, kg
+    m2: float = 1.0  # second mass, kg
+    m3: float = 0.8  # third mass, kg
+    k1: float = 900.0  # stiffness between the frame and the first mass, N/m
+    k2: float = 700.0  # stiffness between first and second mass, N/m
+    k3: float = 500.0  # stiffness between second and third mass, N/m
+    b1: float = 2.5  # damping between the frame and the first mass, N s/m
+    b2: float = 1.5  # damping between first and second mass, N s/m
+    b3: float = 1.2  # damping between second and third mass, N s/m
+    stiffness: float = 200.0  # proportional gain of the controller, N/m
+    damping: float = 8.0  # derivative gain of the controller, N s/m
 
     limits = -40.0, 40.0
     ports = {"first": (1.0, 0.0, 0.0), "second": (0.0, 1.0, 0.0), "third": (0.0, 0.0, 1.0)}  # noqa: RUF012
@@ -269,26 +237,16 @@ class HydraulicCylinder(Mechanism):
     """Hydraulic cylinder that a servo valve moves; the pressure of its oil is a state.
 
     The pressure is the difference between the chambers, the load m (kg) the operating point.
-
-    Attributes:
-        m_p: mass of the piston, kg.
-        b: damping of the seals, N s/m.
-        A: area of the piston, m^2.
-        C: volume that the oil gives way per pressure, m^3/Pa.
-        k_q: flow of the valve per voltage, m^3/(s V).
-        k_l: leakage of the piston per pressure, m^3/(s Pa).
-        stiffness: proportional gain of the controller, V/m.
-        damping: derivative gain of the controller, V s/m.
     """
 
-    m_p: float = 40.0
-    b: float = 500.0
-    A: float = 6e-4
-    C: float = 3.5e-13
-    k_q: float = 5e-5
-    k_l: float = 6e-12
-    stiffness: float = 70.0
-    damping: float = 0.0
+    m_p: float = 40.0  # mass of the piston, kg
+    b: float = 500.0  # damping of the seals, N s/m
+    A: float = 6e-4  # area of the piston, m^2
+    C: float = 3.5e-13  # volume that the oil gives way per pressure, m^3/Pa
+    k_q: float = 5e-5  # flow of the valve per voltage, m^3/(s V)
+    k_l: float = 6e-12  # leakage of the piston per pressure, m^3/(s Pa)
+    stiffness: float = 70.0  # proportional gain of the controller, V/m
+    damping: float = 0.0  # derivative gain of the controller, V s/m
 
     limits = -10.0, 10.0
     levels = 1
