@@ -125,10 +125,7 @@ class Recurrent:
 
 
 def check_output(output: Tensor, runs: Sequences) -> None:
-    """Refuse an output that is not finite before the end of a run.
-
-    Takes output (steps, runs).
-    """
+    """Refuse an output that is not finite before the end of a run. Takes output (steps, runs)."""
     ended = np.arange(1, len(output) + 1)[:, None] > runs.lengths
     wrong = np.argwhere(~(output.isfinite().numpy() | ended).T)
     if len(wrong):

@@ -32,10 +32,7 @@ class Choice:
     def of(
         cls, experiments: pd.DataFrame, train: Indices, test: Indices, sizes: Mapping[str, Any], seed: int
     ) -> Choice:
-        """Draw runs and references.
-
-        Takes train (training experiments,), test (test experiments,).
-        """
+        """Draw runs and references. Takes train (training experiments,), test (test experiments,)."""
         label = experiments["label"].to_numpy()
         jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]
         for name, rows in (("jump run among the test runs", jumps), ("contact run to refer to", contact)):

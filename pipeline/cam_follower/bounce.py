@@ -163,10 +163,7 @@ def _period(runs: list[int], clocks: list[Array]) -> float:
 
 
 def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
-    """Refuse a signal with samples that are not finite numbers.
-
-    Takes values (samples,).
-    """
+    """Refuse a signal with samples that are not finite numbers. Takes values (samples,)."""
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
         raise BadInput(f"experiment {run}: {name} is not a finite number at sample {wrong[0]}")

@@ -104,17 +104,11 @@ class Cam:
         return np.asarray(branches[outer, :, np.arange(n)].T)
 
     def theoretical_curve(self, n: int = 3600) -> Array:
-        """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10.
-
-        Gives (3, n).
-        """
+        """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10. Gives (3, n)."""
         return np.stack(cycloid(np.arange(n) * TURN / n, self.H, self.beta)[:3])
 
     def pressure_angle(self, n: int = 3600) -> Array:
-        """Tabulate the pressure angle over one turn, eq. 5.28.
-
-        Gives (n,) in rad.
-        """
+        """Tabulate the pressure angle over one turn, eq. 5.28. Gives (n,) in rad."""
         h, d, _ = self.pitch_curve(n)
         return np.asarray(np.arctan(d / (self.prime_radius + h)))
 

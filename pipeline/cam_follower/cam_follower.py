@@ -34,10 +34,7 @@ FOLLOWER_CREEP, SHAFT_CREEP = 0.01, 0.2
 
 
 def guide_friction(speed: sp.Expr, sign: sp.Expr) -> sp.Expr:
-    """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2.
-
-    Takes speed in m/s.
-    """
+    """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2. Takes speed in m/s."""
     return b0 * sign + b1 * speed
 
 

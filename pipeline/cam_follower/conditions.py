@@ -76,10 +76,7 @@ class Bench:
         return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))
 
     def conditions(self, experiments: pd.DataFrame) -> Conditions:
-        """Return the operating points of experiments.
-
-        Gives (n,).
-        """
+        """Return the operating points of experiments; gives (n,)."""
         index = {pair: i for i, pair in enumerate(self.cams)}
         try:
             cam = [index[float(H), float(b)] for H, b in experiments[["H", "beta"]].to_numpy()]
@@ -93,10 +90,7 @@ class Bench:
 
     @lru_cache(maxsize=8)  # noqa: B019 - a bench is immutable and lives as long as the process
     def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        """Tabulate the derivatives of the displacement of all cams over one turn.
-
-        Gives (cams, 2, n).
-        """
+        """Tabulate the derivatives of the displacement of all cams over one turn; gives (cams, 2, n)."""
         cams = [self.mechanism.cam(*pair) for pair in self.cams]
         if kind not in ("pitch", "theoretical"):
             raise BadInput(f"curve must be pitch or theoretical, got {kind}")

@@ -52,10 +52,7 @@ class Dataset:
         return torch.cat([torch.arange(int(self.offsets[r]), int(self.offsets[r + 1])) for r in runs])
 
     def owner(self) -> Tensor:
-        """Return the number of the experiment of every sample.
-
-        Gives (samples,).
-        """
+        """Return the number of the experiment of every sample; gives (samples,)."""
         return torch.repeat_interleave(torch.arange(len(self.lengths)), self.lengths)
 
     def initial_state(self, runs: Tensor) -> tuple[Tensor, Tensor]:

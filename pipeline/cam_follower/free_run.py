@@ -65,10 +65,7 @@ def physical(x: Array) -> Array:
 
 
 def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tolerance: float) -> Problem:
-    """Prepare the identification of a motor from measured experiments.
-
-    Takes runs (runs,), seconds in s.
-    """
+    """Prepare the identification of a motor from measured experiments. Takes runs (runs,), seconds in s."""
     longest = int(seconds / dataset.period)
     lengths = np.minimum(dataset.lengths.numpy()[runs], longest)
     shape = (len(runs), int(lengths.max()))
@@ -149,10 +146,7 @@ def known_effort() -> Callable[..., Array]:
 
 
 def unit(parameters: Array) -> Array:
-    """Convert parameters to the unit cube: the inverse of `physical`.
-
-    Takes parameters (6,); gives (6,).
-    """
+    """Convert parameters to the unit cube: the inverse of `physical`. Takes parameters (6,); gives (6,)."""
     positive = LOWER > 0
     low, high = np.where(positive, LOWER, 1.0), np.where(positive, UPPER, np.e)
     log = np.log(np.maximum(parameters, 1e-9) / low) / np.log(high / low)

@@ -114,10 +114,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 
 
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
-    """Choose the test runs that figures show, the same for every model.
-
-    Takes test (runs,).
-    """
+    """Choose the test runs that figures show, the same for every model. Takes test (runs,)."""
     rows = {}
     for label, quantiles in QUANTILES.items():
         own = test[(experiments["label"].to_numpy() == label)[test]]

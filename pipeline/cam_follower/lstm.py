@@ -95,10 +95,7 @@ class DetachmentNetwork(nn.Module):
 
     @torch.no_grad()
     def predict(self, sequences: Sequences) -> Array:
-        """Predict the detachment eps of runs, without dropout.
-
-        Gives (runs, steps) in m.
-        """
+        """Predict the detachment eps of runs, without dropout; gives (runs, steps) in m."""
         if sequences.inputs != self.inputs:
             raise BadInput(f"the network reads {_listed(self.inputs)}, got {_listed(sequences.inputs)}")
         training, kind = self.training, self.output.weight

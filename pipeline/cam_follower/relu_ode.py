@@ -28,19 +28,13 @@ class ReluNetwork(nn.Module):
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor) -> Tensor:
-        """Return the outputs of all networks.
-
-        Takes d (batch, samples, inputs); gives (batch, samples).
-        """
+        """Return the outputs of all networks. Takes d (batch, samples, inputs); gives (batch, samples)."""
         hidden = torch.baddbmm(self.b_h, d * self.scale, self.W_h).relu()
         return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
 
 
 def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
-    """Return random weights by Glorot's uniform rule.
-
-    Gives (batch, rows, columns).
-    """
+    """Return random weights by Glorot's uniform rule; gives (batch, rows, columns)."""
     limit = math.sqrt(6.0 / (rows + columns))
     return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
 

@@ -25,10 +25,7 @@ class Sampler:
             row[: len(fold)] = torch.as_tensor(fold)
 
     def draw(self, size: int, horizon: int = 1) -> tuple[Tensor, Tensor]:
-        """Draw windows for every model.
-
-        Gives (stack, size).
-        """
+        """Draw windows for every model; gives (stack, size)."""
         shape = (len(self.counts), size)
         pick = (torch.rand(shape, generator=self.generator) * self.counts).long()
         runs = self.runs.gather(1, pick.clamp_max(self.counts - 1))

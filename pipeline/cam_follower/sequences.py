@@ -82,10 +82,7 @@ class Sequences:
         return real
 
     def of_runs(self, rows: Indices) -> Sequences:
-        """Select runs, and pad them to the longest of them.
-
-        Takes rows (selected,).
-        """
+        """Select runs, and pad them to the longest of them. Takes rows (selected,)."""
         lengths = self.lengths[rows]
         steps = int(lengths.max(initial=0))
         return replace(

@@ -32,10 +32,7 @@ class Region:
         self._inside = Delaunay(self.outline)
 
     def holds(self, states: Array) -> Bools:
-        """Tell whether the region contains states.
-
-        Takes states (..., 2); gives (...,).
-        """
+        """Tell whether the region contains states. Takes states (..., 2); gives (...,)."""
         return np.asarray(self._inside.find_simplex(states) >= 0)
 
 

@@ -150,17 +150,11 @@ class Repeats:
         self.factors = list(folds.loc[folds["split"] == FACTORS, "fold"])
 
     def error(self, model: str, fold: str = SCARCE) -> Array:
-        """Return the median MSE over the jump test runs.
-
-        Gives (repeats,).
-        """
+        """Return the median MSE over the jump test runs; gives (repeats,)."""
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
-        """Return the share of the test runs with a wrong label.
-
-        Gives (repeats,).
-        """
+        """Return the share of the test runs with a wrong label; gives (repeats,)."""
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:

@@ -29,10 +29,7 @@ CURVE = 401
 
 
 def response(theta: Array) -> Array:
-    """Return the response y(x = 1; theta).
-
-    Takes theta (any shape); gives (shape of `theta`).
-    """
+    """Return the response y(x = 1; theta). Takes theta (any shape); gives (shape of `theta`)."""
     value: Array = np.tan(theta / 8.0) + np.exp(theta / 6.0 - 1.0) + np.tanh(theta / 2.0)
     return value
 
@@ -44,10 +41,7 @@ def expansion(degree: int, order: int) -> Expansion:
 
 
 def exact_moments() -> Array:
-    """Return the raw moments of Y under the density of theta.
-
-    Gives (MOMENTS,).
-    """
+    """Return the raw moments of Y under the density of theta; gives (MOMENTS,)."""
     nodes, weights = np.polynomial.legendre.leggauss(FINE)
     half = (FAMILY.high - FAMILY.low) / 2.0
     theta = FAMILY.low + half * (nodes + 1.0)

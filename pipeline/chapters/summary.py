@@ -16,10 +16,7 @@ Leaf = dict[str, Any]
 
 
 def leaf(values: Array, unit: str) -> Leaf:
-    """Return the median over the repeats with its 95 % interval.
-
-    Takes values (repeats,).
-    """
+    """Return the median over the repeats with its 95 % interval. Takes values (repeats,)."""
     values = np.asarray(values, np.float64)
     content: Leaf = {"value": float(np.median(values)), "unit": unit, "n": len(values)}
     if len(values) > 1:
@@ -59,10 +56,7 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
 
 
 def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.DataFrame:
-    """Compare table 5.1 by our geometry with the published one: 40 cells.
-
-    Takes extremes in rad.
-    """
+    """Compare table 5.1 by our geometry with the published one: 40 cells. Takes extremes in rad."""
     rows = []
     for i, H in enumerate(published.STROKES):
         for j, skew in enumerate(published.SKEWS):
@@ -74,10 +68,7 @@ def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.Dat
 
 
 def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
-    """Return the median over the test runs for every repeat.
-
-    Gives (repeats,).
-    """
+    """Return the median over the test runs for every repeat; gives (repeats,)."""
     return np.asarray(errors.groupby("repeat")[column].median(), np.float64)
 
 

@@ -50,10 +50,7 @@ def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
 
 
 def edges(centres: Array) -> Array:
-    """Return the borders between cells in increasing order.
-
-    Takes centres (n,); gives (n + 1,).
-    """
+    """Return the borders between cells in increasing order. Takes centres (n,); gives (n + 1,)."""
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     inner = (centres[:-1] + centres[1:]) / 2.0
@@ -63,10 +60,7 @@ def edges(centres: Array) -> Array:
 def cells(
     panels: Panels, experiments: pd.DataFrame, values: Array, colours: Colormap, norm: Normalize
 ) -> QuadMesh:
-    """Draw values as cells of a map, and grey cells where the bench stalls.
-
-    Takes values (experiments,).
-    """
+    """Draw values as cells of a map, and grey cells where the bench stalls. Takes values (experiments,)."""
     V, m = levels(experiments, "V"), levels(experiments, "m")
     table = experiments[["H", "beta", "m", "V"]].assign(
         value=values, stall=np.where(experiments["label"] == "stall", 1.0, np.nan)
@@ -91,10 +85,7 @@ def cells(
 
 
 def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: str) -> Line2D:
-    """Draw a voltage for every cam and mass as a line through the maps.
-
-    Takes masses (rows,) in kg.
-    """
+    """Draw a voltage for every cam and mass as a line through the maps. Takes masses (rows,) in kg."""
     borders = edges(masses)
     heights = np.stack([borders[:-1], borders[1:]], axis=1).ravel()
     for cam, group in boundary.groupby(["H", "beta"]):

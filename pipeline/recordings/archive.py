@@ -104,10 +104,7 @@ class Archive:
 
 
 def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
-    """Convert cells to numbers.
-
-    Gives (n,).
-    """
+    """Convert cells to numbers; gives (n,)."""
     values = np.asarray(pd.to_numeric(cells, errors="coerce"), np.float64)
     bad = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
     if len(bad):

@@ -58,10 +58,7 @@ class RawLogs(Archive):
         return table.sort_values("exp", ignore_index=True)
 
     def log(self, exp: int) -> Array:
-        """Return the validated log of an experiment.
-
-        Gives (7, n).
-        """
+        """Return the validated log of an experiment; gives (7, n)."""
         name = f"exp{exp}.csv"
         if name not in self._logs:
             raise BadInput(f"{self.path}: holds no {name}")
@@ -70,10 +67,7 @@ class RawLogs(Archive):
 
 
 def parse(text: bytes, where: str) -> Array:
-    """Read the numbers of a seven-row CSV file.
-
-    Gives (7, n).
-    """
+    """Read the numbers of a seven-row CSV file; gives (7, n)."""
     lines = text.replace(b"\r", b"").rstrip(b"\n").split(b"\n")
     if len(lines) != len(ROWS):
         raise BadInput(f"{where}: must have {len(ROWS)} rows ({', '.join(ROWS)}), got {len(lines)}")
@@ -101,10 +95,7 @@ def _first_bad_cell(lines: list[bytes]) -> str:
 
 
 def validate(log: Array, where: str) -> Array:
-    """Check that the signals of a log are physically possible.
-
-    Takes log (7, n); gives (7, n).
-    """
+    """Check that the signals of a log are physically possible. Takes log (7, n); gives (7, n)."""
     bad = np.argwhere(~np.isfinite(log))
     if len(bad):
         row, column = bad[0]

@@ -91,17 +91,11 @@ class SliderCrankRig:
     jitter: float = 1e-6  # root mean square, s
 
     def spring(self, d: Any) -> Any:
-        """Return the force of the spring towards the shaft, N.
-
-        Takes d (any shape).
-        """
+        """Return the force of the spring towards the shaft, N. Takes d (any shape)."""
         return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
 
     def friction(self, v: float) -> float:
-        """Return the friction force against the motion of the slider, N.
-
-        Takes v in m/s.
-        """
+        """Return the friction force against the motion of the slider, N. Takes v in m/s."""
         dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
         return dry * tanh(v / self.stick) + self.viscous * v
 

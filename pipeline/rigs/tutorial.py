@@ -35,10 +35,7 @@ class MotorBench:
     fan_starts: float = 9.0  # current above which the fan runs, A; the transition is about one ampere wide
 
     def efficiency(self, current: Array) -> Array:
-        """Return the ratio of mechanical to electrical power.
-
-        Takes current (n,) in A; gives (n,).
-        """
+        """Return the ratio of mechanical to electrical power. Takes current (n,) in A; gives (n,)."""
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)
         constant = self.constant * (1.0 - self.reaction * load**1.5)

@@ -72,10 +72,7 @@ class Work(NamedTuple):
 
 @compiled
 def views(p: Single, s: Sizes) -> Weights:
-    """Split the vector of weights into its parts.
-
-    Takes p (weights,).
-    """
+    """Split the vector of weights into its parts. Takes p (weights,)."""
     a = 4 * s.features * s.hidden
     b = a + 4 * s.hidden * s.hidden
     c = b + 4 * s.hidden
@@ -92,10 +89,7 @@ def filled_up(count: int) -> int:
 
 
 def room(lengths: Indices, batch: int, s: Sizes) -> tuple[Batch, Work]:
-    """Allocate arrays for any mini-batch of a set of runs.
-
-    Takes lengths (runs,).
-    """
+    """Allocate arrays for any mini-batch of a set of runs. Takes lengths (runs,)."""
     longest = np.sort(lengths)[::-1][:batch]
     active = np.count_nonzero(longest > np.arange(longest[0])[:, None], axis=1)
     runs, rows = filled_up(batch), int((active + LEAST - 1).sum())

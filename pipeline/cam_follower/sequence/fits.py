@@ -100,10 +100,7 @@ class Fits(Fitted):
         return Sequences.of(campaign, self.inputs, self.samples)
 
     def predict(self, fold: str, sequences: Sequences) -> Array:
-        """Predict the detachment eps of runs by every repeat of a fold.
-
-        Gives (repeats, runs, steps) in m.
-        """
+        """Predict the detachment eps of runs by every repeat of a fold; gives (repeats, runs, steps) in m."""
         with one_thread():
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
 

@@ -52,10 +52,7 @@ def _by_gate(matrix: Single) -> Single:
 
 @torch.no_grad()
 def restore(network: DetachmentNetwork, p: Single) -> None:
-    """Copy a vector of weights into a network.
-
-    Takes p (weights,).
-    """
+    """Copy a vector of weights into a network. Takes p (weights,)."""
     s = sizes(network)
     w = views(np.ascontiguousarray(p), s)
     tau = w.tau.reshape(4, s.features, s.hidden)[:, : len(network.inputs.features)]

@@ -68,10 +68,7 @@ def epoch(
 
 @compiled
 def load(runs: Runs, rows: Indices, loaded: Batch) -> Batch:
-    """Copy some runs into the arrays of a mini-batch.
-
-    Takes rows (batch,).
-    """
+    """Copy some runs into the arrays of a mini-batch. Takes rows (batch,)."""
     width, settings, steps = runs.tau.shape[2], runs.q.shape[1], runs.lengths[rows[0]]
     active, total, samples = len(rows), 0, 0
     for t in range(steps):

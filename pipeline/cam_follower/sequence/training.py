@@ -110,10 +110,7 @@ class Draws:
         self._lengths, self._generator = lengths, np.random.default_rng(seed)
 
     def epoch(self) -> Indices:
-        """Draw the order of the runs in the next epoch.
-
-        Gives (runs,).
-        """
+        """Draw the order of the runs in the next epoch; gives (runs,)."""
         order = self._generator.permutation(len(self._lengths))
         return order[np.lexsort((-self._lengths[order], self._which))]
 

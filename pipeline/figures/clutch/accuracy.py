@@ -225,10 +225,7 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 
 
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
-    """Draw distances as bars, hatched for methods with sampled moments.
-
-    Takes emd in s.
-    """
+    """Draw distances as bars, hatched for methods with sampled moments. Takes emd in s."""
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):
         colour, sampled = LOOKS[name].colour, name.endswith(SAMPLED)

@@ -80,10 +80,7 @@ def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
 def area(
     place: Place, y: Array, density: Array, scale: float, sides: tuple[float, float], colour: str
 ) -> None:
-    """Draw a density as an area at an operating point.
-
-    Takes y (P,) in s, density (P,).
-    """
+    """Draw a density as an area at an operating point. Takes y (P,) in s, density (P,)."""
     step = max(1, len(y) // CURVE)
     y, share = y[::step], density[::step] / scale
     seen = share > INVISIBLE

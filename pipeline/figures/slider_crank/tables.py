@@ -121,10 +121,7 @@ def plain_log_x(axes: Axes) -> None:
 
 
 def by_direction(v: Array) -> list[tuple[str, str, Bools]]:
-    """Return name, colour and samples of both directions of the slider.
-
-    Takes v (n,) in m/s; gives (n,).
-    """
+    """Return name, colour and samples of both directions of the slider. Takes v (n,) in m/s; gives (n,)."""
     masks = (v > 0.0, v < 0.0)
     return [(name, colour, mask) for (name, colour), mask in zip(DIRECTIONS.items(), masks, strict=True)]
 

@@ -141,10 +141,7 @@ class SliderCrank(Machine):
         return np.asarray(np.clip(self.gain * (reference - v[0]), -self.torque, self.torque))
 
     def linkage(self, theta: Array) -> Linkage:
-        """Solve the closed loop of the linkage.
-
-        Takes theta (n,) in rad.
-        """
+        """Solve the closed loop of the linkage. Takes theta (n,) in rad."""
         sine, cosine, ratio = np.sin(theta), np.cos(theta), self.l1 / self.l2
         s = ratio * sine  # the rod falls by its angle phi: sin(phi) = s
         c = np.sqrt(1.0 - s * s)

@@ -113,10 +113,7 @@ class Experiments:
 
 
 def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> Experiments:
-    """Simulate and log the runs of a case.
-
-    Takes commands (samples, n).
-    """
+    """Simulate and log the runs of a case. Takes commands (samples, n)."""
     plan = case.plan() if plan is None else plan
     effects, more = case.built(plan), () if commands is None else (1,)
     motion = _moved(case, plan, effects, commands, np.random.default_rng([case.seed, 2, *more]))

@@ -53,10 +53,7 @@ class Part:
         return readings
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
-        """Return the readings after a calculation, from those with noise and counts.
-
-        Takes period in s.
-        """
+        """Return the readings after a calculation, from those with noise and counts. Takes period in s."""
         return readings
 
     def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:

@@ -45,10 +45,7 @@ class ScatteredDamping(PortEffect):
 
 
 def spread(runs: int, rng: np.random.Generator) -> Array:
-    """Draw values of mean zero and mean square one, none beyond about two.
-
-    Gives (runs,).
-    """
+    """Draw values of mean zero and mean square one, none beyond about two; gives (runs,)."""
     values = rng.uniform(-1.0, 1.0, runs)
     values -= values.mean()
     return np.asarray(values / np.sqrt(np.mean(values**2)))

@@ -14,10 +14,7 @@ _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2
 
 
 def stopping(port: Port) -> Array:
-    """Return the impulse that brings the port to rest.
-
-    Gives (n,).
-    """
+    """Return the impulse that brings the port to rest; gives (n,)."""
     return port.velocity / np.maximum(port.mobility, _RIGID)
 
 
