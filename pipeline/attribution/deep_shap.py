@@ -27,8 +27,7 @@ PART = 32
 
 @one_thread()
 def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
-    """Attribute the output of every run and step to its features and settings, relative to the background's
-    mean.
+    """Attribute the output of every run and step to its inputs, relative to the background's mean.
 
     At step k the background is B_k of `shares_of_references`. The computing time grows with runs x steps x
     references x features.
@@ -54,10 +53,7 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
 
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
-    """Return the contributions Phi_{i,k} relative to each reference.
-
-    Gives (steps, references, n_tau + n_q) in m.
-    """
+    """Return contributions Phi_{i,k} relative to each reference, (steps, references, n_tau + n_q), m."""
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
     of_features = (to_state * m.state[:, :, None]).sum(-1)
@@ -65,9 +61,7 @@ def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
 
 
 def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
-    """Return the contributions of `difference`, shape (steps, references, n_tau), to s, shape (steps,
-    references, n_tau, n_s).
-    """
+    """Return the contributions of `difference` (steps, references, n_tau) to s, one more axis n_s."""
     steps, references, features = difference.shape
     n = network.size
     s = difference.new_zeros((steps, references * features, n))

@@ -59,11 +59,9 @@ def exact_shapley(
 
 
 def shapley_weights(players: int) -> Tensor:
-    """Return the weight of every coalition's value in the Shapley value of each player.
+    """Return the weight (players, 2^players) of every coalition's value in the Shapley value of each player.
 
     Player i is in coalition S if bit i of S is set.
-
-    Gives (players, 2^players).
     """
     member = _coalitions(players)
     size = member.sum(1)

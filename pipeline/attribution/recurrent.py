@@ -34,11 +34,10 @@ class Trace:
 
 @dataclass(frozen=True)
 class Recurrent:
-    """Network R of eq. 5.7 as matrices in double precision, with inputs and output in SI units, without
-    dropout.
+    """Network R of eq. 5.7 as matrices in double precision, inputs and output in SI units, without dropout.
 
-    The standardisation of the inputs is part of the first layers, and the scale of the output is part of the
-    last layer. Both are linear, so that attributions do not change.
+    The first layers contain the standardisation of the inputs, the last one the scale of the output. Both are
+    linear, so that attributions do not change.
     """
 
     inputs: SequenceInputs
@@ -81,10 +80,7 @@ class Recurrent:
         return len(self.W_s)
 
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Advance the network by one step.
-
-        Takes tau (runs, n_tau), s (runs, n_s), c (runs, n_s); gives (runs, 4 n_s) and (runs, n_s).
-        """
+        """Advance tau (runs, n_tau), s, c (runs, n_s) by a step; gives z (runs, 4 n_s) and c (runs, n_s)."""
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
         a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
@@ -110,17 +106,11 @@ class Recurrent:
         return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
 
     def settings(self, q: Tensor) -> Tensor:
-        """Return the contribution of the settings to the inputs of the ReLU units, including the bias.
-
-        Takes q (..., n_q); gives (..., n_eta).
-        """
+        """Return what settings (..., n_q) give the ReLU units (..., n_eta), including the bias."""
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
-        """Return the detachment eps for given inputs of the ReLU units.
-
-        Takes hidden (..., n_eta); gives (...,) in m.
-        """
+        """Return the detachment eps (...,), m, for given inputs (..., n_eta) of the ReLU units."""
         return hidden.relu() @ self.W6 + self.b6
 
 

@@ -51,16 +51,12 @@ class Attribution:
 
     @property
     def error(self) -> Array:
-        """Absolute difference between the output and the sum of base and attributions, m, shape (steps,): the
-        local accuracy of eq. 5.17.
-        """
+        """Distance (steps,) of output and sum of base and attributions, m: local accuracy of eq. 5.17."""
         return np.asarray(np.abs(self.base + self.phi.sum(0) - self.output))
 
     @property
     def relative_error(self) -> float:
-        """Largest error divided by the largest difference between output and base; the largest error itself
-        if they are equal.
-        """
+        """Largest error divided by the largest |output - base|, or the error itself if they are equal."""
         scale = float(np.abs(self.output - self.base).max())
         return float(self.error.max()) / scale if scale else float(self.error.max())
 

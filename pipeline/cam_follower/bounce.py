@@ -111,10 +111,7 @@ class CamMotion:
         return len(self.offsets) - 1
 
     def cam_at(self, run: Indices, piece: Indices) -> tuple[Array, Array]:
-        """Return height and speed of the cam at the start of intervals.
-
-        Takes run (n,), piece (n,); gives (n,).
-        """
+        """Return height and speed (n,) of the cam at the start of intervals, of run (n,) and piece (n,)."""
         *_, omega, theta = self.motion.pieces[piece].T
         h, dh = on_cams(self.motion.curves, self.motion.cam[run], theta).T
         return h, dh * omega

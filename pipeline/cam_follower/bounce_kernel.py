@@ -67,10 +67,7 @@ class Stretches(NamedTuple):
 
 @kept()
 def on_cam(curve: Array, angle: float) -> tuple[float, float]:
-    """Interpolate displacement and derivative of a cam at an angle.
-
-    Takes curve (2, n), angle in rad; gives a value in m/rad.
-    """
+    """Interpolate displacement (m) and derivative (m/rad) of a cam, from curve (2, n), at an angle (rad)."""
     n = curve.shape[1]
     x = angle * n / TURN
     i = int(np.floor(x))
@@ -82,10 +79,7 @@ def on_cam(curve: Array, angle: float) -> tuple[float, float]:
 
 @kept()
 def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
-    """Interpolate displacement and derivative of several cams, each at its own angle.
-
-    Takes curves (cams, 2, m), cam (n,), angle (n,) in rad; gives (n, 2) in m/rad.
-    """
+    """Interpolate `curves` (cams, 2, m) for cam (n,), each at its own angle (n,), rad; gives (n, 2)."""
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
         out[k, 0], out[k, 1] = on_cam(curves[cam[k]], angle[k])
@@ -133,10 +127,7 @@ def _acceleration(y, v, h, dh, omega, m, law):  # type: ignore[no-untyped-def]
 def bounced(
     motion: Motion, stretches: Any, law: Law, period: float, substeps: int, eps: Array, force: Array
 ) -> None:
-    """Write the detachment eps (m) and the contact force (N) at the ends of the intervals.
-
-    Takes period in s, eps (samples,), force (samples,) in N.
-    """
+    """Write the detachment eps (samples,), m, and the contact force, N, at the ends of the intervals."""
     t = period / substeps
     for k in range(len(stretches.run)):
         run, begin, out = stretches.run[k], stretches.piece[k], stretches.first[k]

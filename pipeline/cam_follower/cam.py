@@ -13,10 +13,7 @@ TURN = 2.0 * np.pi
 
 
 def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Array]:
-    """Return the cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
-
-    Takes phi (any shape) in rad, H in m; gives (shape of `phi`).
-    """
+    """Return the cycloidal displacement without dwell, eq. 5.1, and three derivatives by phi (n,)."""
     phi = np.mod(phi, TURN)
     rise = phi <= beta
     span = np.where(rise, beta, TURN - beta)
@@ -46,10 +43,7 @@ class Cam:
         return self.base_radius + self.roller_radius
 
     def curvature_radius(self, phi: Array) -> Array:
-        """Return the radius of curvature of the cam's perimeter, eq. 5.27.
-
-        Takes phi (any shape) in rad; gives (shape of `phi`).
-        """
+        """Return the radius of curvature of the cam's perimeter, eq. 5.27, at phi (any shape) in rad."""
         h, d, dd, _ = cycloid(phi, self.H, self.beta)
         r = self.base_radius + h
         return (r**2 + d**2) ** 1.5 / (r**2 + 2.0 * d**2 - dd * r)
@@ -84,11 +78,9 @@ class Cam:
         return bool(np.any(self._pitch(phi)[4] <= 0.0))
 
     def pitch_curve(self, n: int = 3600) -> Array:
-        """Tabulate the displacement of the follower over one turn of the cam.
+        """Tabulate the displacement of the follower over one turn of the cam, (3, n).
 
         Where the cam is undercut, the roller rests on the outer branch of the pitch curve.
-
-        Gives (3, n).
         """
         phi = np.linspace(-np.pi, 3.0 * np.pi, 16 * n + 1)
         psi, *values, dpsi = self._pitch(phi)
@@ -113,9 +105,7 @@ class Cam:
         return np.asarray(np.arctan(d / (self.prime_radius + h)))
 
     def extremes(self) -> tuple[float, float]:
-        """Return the smallest radius of curvature, in radii of the roller, and the largest pressure angle,
-        rad.
-        """
+        """Return the smallest radius of curvature, in roller radii, and the largest pressure angle, rad."""
         curvature = np.abs(self.curvature_radius(np.linspace(0.0, TURN, 20_001))).min()
         return float(curvature / self.roller_radius), float(self.pressure_angle().max())
 

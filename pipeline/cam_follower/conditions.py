@@ -48,10 +48,7 @@ class CamTable(nn.Module):
         self.n = n
 
     def forward(self, cam: Tensor, theta: Tensor) -> tuple[Tensor, Tensor]:
-        """Interpolate the derivatives of the displacement linearly.
-
-        Takes cam (any shape), theta (a shape that broadcasts with `cam`); gives (broadcast shape).
-        """
+        """Interpolate the derivatives of the displacement linearly; shapes of (cam, theta) broadcast."""
         x = theta * (self.n / TURN)
         floor = torch.floor(x)
         weight = (x - floor)[..., None]

@@ -32,10 +32,7 @@ class ContactForce:
     def minimum(
         self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions
     ) -> Tensor:
-        """Return the smallest force during one integration step.
-
-        Takes start (batch, runs), end (batch, runs), period in s, q (runs,); gives (batch, runs) in N.
-        """
+        """Return the smallest force (batch, runs), N, in one integration step between two states."""
         (a0, w0, k0), (a1, w1, k1) = start, end
         lowest = torch.full_like(a0, torch.inf)
         for i in range(DENSE):
@@ -63,9 +60,9 @@ def _acceleration(model: Dynamics, memory: Tensor, q: Conditions, theta: Tensor,
 def minimal_force(
     model: Dynamics, bench: Bench, start: tuple[Tensor, Tensor], q: Conditions, seconds: Tensor, period: float
 ) -> Tensor:
-    """Return the minimal contact force F_min-dagger of free runs, N, eq. 6.11.
+    """Return the minimal contact force F_min-dagger (batch, runs) of free runs, N, eq. 6.11.
 
-    Takes start (batch, runs), q (runs,), seconds (batch, runs) in s, period in s; gives (batch, runs) in N.
+    Takes start (batch, runs), q (runs,), seconds (batch, runs) in s, period in s.
     """
     contact = ContactForce(bench)
     h = period / model.substeps

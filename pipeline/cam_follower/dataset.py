@@ -45,10 +45,7 @@ class Dataset:
         return self.offsets.diff()
 
     def samples_of(self, runs: Indices) -> Tensor:
-        """Return the indices of all samples of some experiments.
-
-        Takes runs (runs,); gives (samples of these experiments,).
-        """
+        """Return the indices (samples,) of all samples of some experiments (runs,)."""
         return torch.cat([torch.arange(int(self.offsets[r]), int(self.offsets[r + 1])) for r in runs])
 
     def owner(self) -> Tensor:
@@ -56,9 +53,6 @@ class Dataset:
         return torch.repeat_interleave(torch.arange(len(self.lengths)), self.lengths)
 
     def initial_state(self, runs: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the first measured angle and speed of experiments.
-
-        Takes runs (any shape); gives (shape of `runs`).
-        """
+        """Return the first measured angle and speed of experiments, in the shape of `runs` (any)."""
         first = self.offsets[runs]
         return self.theta[first], self.omega[first]

@@ -38,10 +38,7 @@ class Simulations:
 def simulate_tests(
     model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices
 ) -> Simulations:
-    """Simulate the test experiments of every fold from their first measured state.
-
-    Takes exp (experiments,).
-    """
+    """Simulate the test experiments (runs,) of every fold from their first measured state."""
     errors, examples = [], []
     longest = max(len(fold.test) for fold in folds)
     ordered = [fold.test[np.argsort(dataset.lengths.numpy()[fold.test], kind="stable")] for fold in folds]
@@ -86,10 +83,7 @@ def _measured(dataset: Dataset, run: int) -> tuple[Array, Array]:
 
 
 def explore(model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices) -> pd.DataFrame:
-    """Predict the minimal contact force at every setting of the campaign, from standstill.
-
-    Takes exp (experiments,).
-    """
+    """Predict the minimal contact force at every setting (experiments,) of the campaign, from standstill."""
     points = torch.arange(len(exp))
     rest = torch.zeros(model.batch, len(points))
     lowest = minimal_force(

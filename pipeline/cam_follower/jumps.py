@@ -41,10 +41,7 @@ class Observed:
         return cls(campaign.experiments, sequences, turns)
 
     def mean_maximum(self, eps: Array) -> Array:
-        """Return the largest detachment per revolution, averaged over the revolutions of a run.
-
-        Takes eps (..., runs, steps) in m; gives (..., runs) in m.
-        """
+        """Return the largest eps (..., runs, steps) per revolution, averaged over a run's revolutions."""
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
             for i, turns in enumerate(self.turns)
@@ -52,20 +49,14 @@ class Observed:
         return np.stack(means, -1)
 
     def squared_error(self, eps: Array) -> Array:
-        """Return the mean squared error of a predicted detachment in every run.
-
-        Takes eps (..., runs, steps) in m; gives (..., runs).
-        """
+        """Return the mean squared error (..., runs) of a predicted detachment eps (..., runs, steps) in m."""
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
         return mean
 
 
 def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tables:
-    """Compare the predictions with the measured detachment in the test runs of one fold.
-
-    Takes eps (repeats, runs, steps) in m.
-    """
+    """Compare predicted eps (repeats, runs, steps), m, with the measured one in the test runs of a fold."""
     _check_finite(observed, fold, eps)
     # the median over repeats stands in front of the repeats
     every = np.concatenate([np.median(eps, axis=0, keepdims=True), eps])

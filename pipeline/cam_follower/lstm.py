@@ -75,10 +75,7 @@ class DetachmentNetwork(nn.Module):
         self.target_scale.fill_(float(_spread(training.target[training.mask])))
 
     def scaled(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Return the scaled output for standardised inputs.
-
-        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps).
-        """
+        """Return scaled outputs (runs, steps); tau (runs, steps, features), q (runs, settings)."""
         states: Tensor = self.lstm(tau)[0]
         settings = q[:, None, :].expand(-1, states.shape[1], -1)
         hidden = self.head(torch.cat([states, settings], -1)).relu()
@@ -86,10 +83,7 @@ class DetachmentNetwork(nn.Module):
         return output[..., 0]
 
     def forward(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Return the detachment eps.
-
-        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps) in m.
-        """
+        """Return eps (runs, steps), m, for tau (runs, steps, features) and q (runs, settings)."""
         tau = (tau - self.feature_mean) / self.feature_scale
         return self.scaled(tau, (q - self.setting_mean) / self.setting_scale) * self.target_scale
 

@@ -67,10 +67,7 @@ class RecurrentNetwork(nn.Module):
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor, h: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the outputs and the next states of all networks.
-
-        Takes d (batch, runs, inputs), h (batch, runs, hidden); gives (batch, runs) and (batch, runs, hidden).
-        """
+        """Return outputs (batch, runs) and next states; d (batch, runs, inputs), h (batch, runs, hidden)."""
         state = (torch.baddbmm(self.b_h, d * self.scale, self.W_i) + h @ self.W_h).tanh()
         return torch.baddbmm(self.b_o, state, self.W_o)[..., 0], state
 

@@ -40,11 +40,7 @@ def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
 
 
 def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """Return the inputs d_H1 = d_H2: the cam's derivatives instead of angle, H and beta (section 6.4.4).
-
-    Takes dh (batch, runs) in m/rad, d2h (batch, runs) in m/rad^2, omega (batch, runs) in rad/s, q (runs,);
-    gives (batch, runs, 5).
-    """
+    """Return d_H1 = d_H2: the cam's derivatives, speed, V and m (section 6.4.4), (batch, runs, 5)."""
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
 

@@ -35,10 +35,7 @@ class Sampler:
 
 
 def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tensor:
-    """Return the standard deviation of every input over each model's own training samples.
-
-    Takes inputs (samples, inputs), folds (experiments,); gives (stack, inputs).
-    """
+    """Return the standard deviation (stack, inputs) of every input over each model's training samples."""
 
     def scale(fold: Indices) -> Tensor:
         std = inputs[dataset.samples_of(fold)].std(0)
@@ -49,10 +46,7 @@ def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tenso
 
 
 def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
-    """Compute a result once per distinct training set, and repeat it for all models with this set.
-
-    Takes folds (experiments,), work (experiments,); gives (stack, ...).
-    """
+    """Compute a result once per distinct training set (experiments,), and repeat it for its models."""
     distinct = {fold.tobytes(): fold for fold in folds}
     results = dict(zip(distinct, work(list(distinct.values())), strict=True))
     return torch.stack([results[fold.tobytes()] for fold in folds])

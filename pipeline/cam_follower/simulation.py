@@ -31,20 +31,14 @@ Signal = TypeVar("Signal", Array, Tensor)
 
 
 def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
-    """Return the factor, 0 to 1, that sets the prediction to zero in simulated contact.
-
-    Takes contact (samples,), offsets (runs + 1,); gives (samples,).
-    """
+    """Return the factor (samples,), 0 to 1, that sets the prediction to zero in simulated contact."""
     flight = 1.0 - contact
     runs = [maximum_filter1d(flight[a:b], 2 * reach + 1) for a, b in pairwise(offsets)]
     return np.concatenate(runs)
 
 
 def gated(opening: Signal, eps_bounce: Signal, network: Signal) -> Signal:
-    """Return the detachment of the hybrid model, m: zero in contact, simulation plus network in flight.
-
-    Takes eps_bounce in m, network in m; gives (same shape).
-    """
+    """Return eps of the hybrid model (samples,), m: zero in contact, simulation plus network in flight."""
     return opening * (eps_bounce + network)
 
 
@@ -98,9 +92,7 @@ class BounceFits(Fitted):
         return list(self.parameters)
 
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:
-        """Simulate the first samples of every run, and add the signals eps_bounce (m), contact and gate (0 to
-        1).
-        """
+        """Simulate the first samples of every run; add eps_bounce (m), contact and gate (0 to 1)."""
         how = self.ensemble
         short = shortened(campaign, how.samples)
         return with_bounce(short, self.mechanism, self.parameters[fold], how.members, how.spread, how.reach)
@@ -165,9 +157,7 @@ class BounceRecipe(DetachmentRecipe):
 
 
 def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> BounceParameters:
-    """Identify the simulation on training runs; with hardly any flight in these runs, return the starting
-    values.
-    """
+    """Identify on training runs; the starting values where these runs have hardly any flight."""
     t = campaign.signals["t"]
     last = round(STRETCH / float(t[1] - t[0]))
     flights = (

@@ -33,10 +33,7 @@ ITERATIONS = 3000
 
 
 def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, float]:
-    """Identify R_a (Ohm) and B' (A/V) from measured efficiencies by least squares, eq. 2.1.
-
-    Takes current (L,) in A, measured (L,), voltage in V; gives a value in A/V.
-    """
+    """Identify R_a (ohm) and B' (A/V) from efficiencies at current (L,), A, by least squares, eq. 2.1."""
 
     def error(p: Array) -> Array:
         return efficiency(current, voltage, p[0], p[1]) - measured

@@ -37,10 +37,7 @@ class Region:
 
 
 def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.DataFrame:
-    """Return the error of every curve against the true efficiency, inside and outside the measured currents.
-
-    Takes lowest in A, highest in A.
-    """
+    """Return errors against the true efficiency inside and outside the measured currents (A)."""
     inside = curves["current"].between(lowest, highest)
     rows = curves.assign(
         region=np.where(inside, "inside", "outside"), square=(curves["efficiency"] - curves["truth"]) ** 2

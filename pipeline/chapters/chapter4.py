@@ -59,11 +59,7 @@ def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
 
 
 def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, Any]:
-    """Return the numbers of the recovered spring with and without a spring, as shares of the range of its
-    force.
-
-    Takes spring_error (samples,), spring_range in N.
-    """
+    """Return the errors (samples,) of the recovered spring with and without one, as shares of its range."""
     result = {}
     for campaign, error in spring_error.items():
         share = float(np.sqrt(np.mean(error**2))) / spring_range
@@ -74,9 +70,7 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
 
 
 def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, Any]:
-    """Return the relative errors |identified - true| / true of the parameters at the end of training, over
-    the folds.
-    """
+    """Return the relative errors of the parameters at the end of training, over the folds."""
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))
     names = [name for name in true if name in last]

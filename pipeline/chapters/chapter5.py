@@ -46,11 +46,7 @@ COMMON = (
 
 
 def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
-    """Return the experiment of the dissertation for every row: uniform, factors, or scarce for models without
-    q_s.
-
-    Gives (rows,).
-    """
+    """Return the experiment of every row (rows,): uniform, factors, or scarce for models without q_s."""
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
 
@@ -158,10 +154,7 @@ class Repeats:
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
-        """Return the error with raw data divided by the error with linear physics features.
-
-        Gives (repeats,).
-        """
+        """Return the error with raw data divided by the error with linear physics features, (repeats,)."""
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 

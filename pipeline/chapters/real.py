@@ -51,10 +51,7 @@ def judged(case: KnownCase, report: Report) -> dict[str, Any]:
 
 
 def is_inside(reference: Reference, report: Report) -> bool | None:
-    """Return whether a reference lies in the 95 % interval of its number; None where there is no interval.
-
-    A reference that is a range lies inside if it overlaps the interval.
-    """
+    """Return whether a reference overlaps the 95 % interval of its number; None without interval."""
     identified = parameters(report).get((reference.of, reference.parameter))
     if identified is None or None in (interval := identified["interval"] or [None]):
         return None

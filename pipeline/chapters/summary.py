@@ -73,9 +73,7 @@ def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
 
 
 def simulation(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the free-run errors per model: interpolation over all folds together, extrapolation
-    per level.
-    """
+    """Return free-run errors per model: interpolation over all folds together, extrapolation per level."""
     result: dict[str, Any] = {"interpolation": {}, "extrapolation": {}}
     for (split, model), group in errors.groupby(["split", "model"]):
         if split == "interpolation":

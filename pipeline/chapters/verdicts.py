@@ -56,9 +56,7 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
 
 
 def too_few(pairs: int) -> bool:
-    """Tell whether no test of a number of pairs can reach the level; numbers against a constant count as
-    pairs.
-    """
+    """Tell whether no test of so many pairs can reach the level; numbers against a constant are pairs."""
     return 0.5**pairs >= LEVEL
 
 

@@ -41,9 +41,7 @@ def table(data: Path, name: str) -> pd.DataFrame:
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of models that were trained on a share of the most stable runs, with the column share
-    (%).
-    """
+    """Return the rows of models of a share of the most stable runs, with the column share (%)."""
     kept = rows[rows["fold"].str.endswith("%")]
     return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
 

@@ -83,10 +83,7 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
 
 
 def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where: str) -> pd.DataFrame:
-    """Resample a recording on a uniform clock, for recordings with different sampling rates.
-
-    Takes period in s.
-    """
+    """Resample a recording of several sampling rates on a uniform clock of `period` s."""
     t = recording["t"].to_numpy()
     steps = np.diff(t)
     if len(back := np.flatnonzero(~(steps > 0.0))):

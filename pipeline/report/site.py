@@ -47,9 +47,7 @@ class Site:
     record: dict[str, Table]
 
     def origin(self, page: Page) -> str:
-        """Return the kind of the data of a page: from its campaign, from its content, or from all
-        campaigns.
-        """
+        """Return the kind of the data of a page: from its campaign, its content, or all campaigns."""
         if page.campaign in self.results.campaigns:
             return str(self.results.campaigns[page.campaign]["data"])
         every = {str(about["data"]) for about in self.results.campaigns.values()}

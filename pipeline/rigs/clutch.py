@@ -43,10 +43,7 @@ class Profiles:
         return list(product(self.u1, self.u2, self.u3))
 
     def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
-        """Return the set-point of the current: zero before t = 0, the pulse until u1, then the ramp.
-
-        Takes t (n,) in s, u1 in s, u2 in A, u3 in A/s; gives (n,) in A.
-        """
+        """Return the current (n,), A, at t (n,), s: 0, the pulse until u1, then a ramp from u2, slope u3."""
         top = u1 + (self.highest - u2) / u3
         times = [0.0, _EDGE, u1, u1 + _EDGE, top]
         levels = [0.0, self.pulse, self.pulse, u2 + u3 * _EDGE, self.highest]

@@ -61,18 +61,12 @@ class ClutchRig:
     C0: float = 0.00487  # capacity of the converter at standstill, N m s^2/rad^2
 
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
-        """Return the torque T_1 of the converter on the input shaft.
-
-        Takes omega_1 (n,) in rad/s, omega_m (n,) in rad/s; gives (n,) in N m.
-        """
+        """Return the torque T_1 (n,), N m, of the converter on the input shaft, at speeds in rad/s."""
         nu = omega_1 / omega_m
         return omega_m**2 * np.maximum(1.0, self.ratio - self.slope * nu) * self.C0 * (1.0 - nu**4)
 
     def clutch(self, p: Array, z: Array, slip: Array, touch: Array) -> Array:
-        """Return the torque T_c of the slipping clutch.
-
-        Takes p (n,), z (n,), slip (n,) in rad/s, touch (n,); gives (n,) in N m.
-        """
+        """Return the torque T_c (n,), N m, of the clutch that slips with `slip` rad/s."""
         z = np.clip(z, 0.0, self.z_M)
         x = np.clip(0.5 + (z - touch) / (2.0 * self.w_delta), 0.0, 1.0)
         contact = x * x * (3.0 - 2.0 * x)
@@ -81,10 +75,7 @@ class ClutchRig:
         return contact * self.alpha * plates + (1.0 - contact) * film
 
     def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Bools) -> Array:
-        """Return the time derivatives of the states.
-
-        Takes x (5, n), u (n,) in A, du (n,) in A/s, locked (n,); gives (5, n).
-        """
+        """Return the time derivatives of the states x (5, n) at u (n,), A, with slope du, A/s."""
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
         dz = (self.Kz * (p - setting.threshold) - z) / self.tau_z + self.c2 * dp
@@ -98,10 +89,7 @@ class ClutchRig:
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
     def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Bools) -> Array:
-        """Integrate one Runge-Kutta step with a linear course of the current.
-
-        Takes x (5, n), u (n,) in A, du (n,) in A/s, h in s, locked (n,); gives (5, n).
-        """
+        """Integrate x (5, n) over a Runge-Kutta step of h s with a linear course of the current u (n,), A."""
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)
         k3 = self.rates(x + 0.5 * h * k2, u + 0.5 * h * du, du, setting, locked)
@@ -143,9 +131,7 @@ class ClutchRig:
         return run | {"z": np.clip(run["z"], 0.0, self.z_M), "shift": shift}
 
     def _lock(self, x: Array, u: Array, du: Array, h: float, setting: Setting) -> tuple[float, Array]:
-        """Return the time within a step of `h` at which the shafts have equal speeds, s, and the state at its
-        end.
-        """
+        """Return the time, s, within a step of `h` s at which speeds are equal, and the state at its end."""
         slipping, turning = np.array([False]), np.array([True])
 
         def slip(after: float) -> float:

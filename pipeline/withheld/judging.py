@@ -59,9 +59,7 @@ class Planted:
         return frozenset(channel for _, channel in self.answers)
 
     def is_named(self, named: Content, acts_at: ActsAt) -> bool:
-        """Tell whether a diagnosed effect names this effect, in whichever experiments the diagnosed effect
-        acts.
-        """
+        """Tell whether a diagnosed effect names this effect, in whichever experiments it acts."""
         own = [f"parameter:{named['parameter']}"] if named.get("parameter") else []
         every = [*own, *channels(named["port"], acts_at)]
         return any((named["family"], channel) in self.answers for channel in every)
@@ -72,9 +70,7 @@ class Planted:
 
 
 def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
-    """Yield a channel of diagnosis.json, and for a parameter also the channels at which the
-    parameter acts.
-    """
+    """Yield a channel of diagnosis.json, and for a parameter also the channels at which it acts."""
     yield port
     yield from acts_at.get(port, ())
 
@@ -172,11 +168,7 @@ class Case:
 
     @property
     def channel(self) -> bool:
-        """Whether the diagnosis attributes the gap to a channel with a planted effect.
-
-        The channel of the strongest effect counts; without effects, the channel with the largest share
-        counts.
-        """
+        """Whether the channel of the strongest effect, or else of the largest share, has a planted effect."""
         said: list[str] = [effect["port"] for effect in self.diagnosis["effects"]]
         if not said:
             shares = self.diagnosis["where"]["channels"]

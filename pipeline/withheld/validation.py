@@ -25,10 +25,7 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
 
 
 def gap_on(system: System, folder: Path, horizon: float) -> float | None:
-    """Return the gap of a model on experiments that it was not fitted to; None where it cannot be used.
-
-    Takes horizon in s.
-    """
+    """Return the gap of a model on experiments, with a horizon in s; None where it cannot be used."""
     try:
         logs = with_own_numbers(system, read_logs(folder, system), horizon)
         value = free_runs(system, logs, horizon).value

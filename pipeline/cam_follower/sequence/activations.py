@@ -71,10 +71,7 @@ def rectified(x: Single, rate: np.float32, seed: int) -> None:
 
 @compiled
 def copy(out: Single, x: Single) -> None:
-    """Copy an array; this compiles in a tenth of the time of an assignment to a slice.
-
-    Takes out (n,), x (n,).
-    """
+    """Copy x (n,) to out; this compiles in a tenth of the time of an assignment to a slice."""
     for j in range(len(out)):
         out[j] = x[j]
 

@@ -25,10 +25,7 @@ def sizes(network: DetachmentNetwork) -> Sizes:
 
 
 def flattened(network: DetachmentNetwork) -> Single:
-    """Return the weights in the order of `arrays.Weights`; the two biases of torch's LSTM become their sum.
-
-    Gives (weights,).
-    """
+    """Return the weights (n,) in the order of `arrays.Weights`; the biases of torch's LSTM are summed."""
     s = sizes(network)
     state = {name: tensor.detach().cpu().numpy() for name, tensor in network.state_dict().items()}
     p = np.zeros(s.weights, np.float32)

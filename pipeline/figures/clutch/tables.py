@@ -63,9 +63,7 @@ def about(data: Path) -> dict[str, Any]:
 
 
 def demo_alpha(data: Path) -> tuple[float, ...]:
-    """Return the distribution parameters mu_1, mu_2, sigma_1 and sigma_2 that are shown beside the identified
-    ones.
-    """
+    """Return the parameters mu_1, mu_2, sigma_1, sigma_2 that are shown beside the identified ones."""
     return tuple(about(data).get("demo") or ())
 
 
@@ -113,10 +111,7 @@ def dot(label: str, filled: bool = True) -> Line2D:
 
 
 def listed_x(axes: Axes, values: Array) -> None:
-    """Make the horizontal axis logarithmic, with ticks at given values as plain numbers.
-
-    Takes values (n,).
-    """
+    """Make the horizontal axis logarithmic, with ticks at `values` (n,) as plain numbers."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
     axes.xaxis.set_minor_locator(NullLocator())

@@ -127,10 +127,7 @@ def by_direction(v: Array) -> list[tuple[str, str, Bools]]:
 
 
 def framed(axes: Axes, measured: Array, margin: float = 0.25) -> None:
-    """Fit the vertical axis to a measurement, so that diverging predictions leave the axes.
-
-    Takes measured (n,).
-    """
+    """Fit the vertical axis to a measurement (n,), so that diverging predictions leave the axes."""
     low, high = float(measured.min()), float(measured.max())
     room = margin * max(high - low, 1.0)
     axes.set_ylim(low - room, high + room)

@@ -15,10 +15,7 @@ from pipeline.rigs.withheld.machine import Range, Sensor
 
 @dataclass(frozen=True)
 class Vessel(Balance):
-    """Pressure vessel that a proportional valve fills and a laminar throttle empties.
-
-    Pressures are relative to that of the surroundings.
-    """
+    """Pressure vessel, above ambient, that a proportional valve fills and a laminar throttle empties."""
 
     C: float = 1.5e-8  # stored volume per pressure, m^3/Pa
     k_v: float = 3e-3  # flow of the valve per voltage, m^3/(s V)
@@ -178,10 +175,7 @@ _CHARGED = 3.3  # V
 
 @dataclass(frozen=True)
 class Cell(Balance):
-    """Capacitor cell, whose current is measured; the voltage shows its charge and its resistance.
-
-    A positive current discharges it.
-    """
+    """Capacitor cell with measured current (positive: discharge); the voltage shows charge and resistance."""
 
     C: float = 20.0  # capacitance, F
     R: float = _RESISTANCE  # resistance, ohm, which the sensor sees

@@ -123,10 +123,7 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
 
 
 def add_runs(case: Case, commands: Array, folder: Path) -> None:
-    """Add runs with given commands to a log folder of the case, at the conditions of its first run.
-
-    Takes commands (samples, runs).
-    """
+    """Add runs with commands (samples, runs) to the logs of a case, at the conditions of its first run."""
     first, (samples, runs) = case.plan(), commands.shape
     plan = replace(
         first,

@@ -103,9 +103,7 @@ class Case:
         return self.level * float(rng.uniform(0.8, 1.25))
 
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
-        """Return channel and effect of every planted effect; the objects are new, because effects have a
-        memory.
-        """
+        """Return channel and effect of every planted effect: new objects, because effects have a memory."""
         found = []
         for k, planted in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 1, k])

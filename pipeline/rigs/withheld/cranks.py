@@ -265,10 +265,7 @@ class CamDrive(Machine):
         return np.asarray(np.clip(u, -1.0, 1.0))
 
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
-        """Return the height of the follower, and its first and second derivative by the angle.
-
-        Takes theta (n,) in rad; gives (n,).
-        """
+        """Return the height of the follower at theta (n,), rad, and two derivatives by the angle."""
         wave = np.exp(1j * theta)
         second = self.skew * wave * wave
         half = 0.5 * self.lift

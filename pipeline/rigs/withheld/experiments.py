@@ -24,20 +24,14 @@ Kind = Callable[[Array, float, np.random.Generator], Array]
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
-
-    Takes t (samples,) in s; gives (samples, runs).
-    """
+    """Draw smooth reference signals (samples, runs); all kinds occur in turn, in random order."""
     order = rng.permutation(np.arange(runs) % len(KINDS))
     kinds = [*KINDS.values()]
     return along(t, [kinds[kind] for kind in order.tolist()], extent, rng)
 
 
 def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
-    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s.
-
-    Takes t (samples,) in s; gives (samples, kinds).
-    """
+    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s."""
     columns = []
     for kind in kinds:
         wave = kind(t, extent.band, rng)
@@ -92,10 +86,7 @@ KINDS: Mapping[str, Kind] = {
 
 
 def smooth(s: Array) -> Array:
-    """Return a transition from 0 to 1 with a continuous third derivative.
-
-    Takes s (any shape); gives (shape of `s`).
-    """
+    """Return a transition (any shape) from 0 to 1 with a continuous third derivative."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 
@@ -126,10 +117,7 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
 
 
 def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[str, Array]:
-    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
-
-    Gives (samples, n).
-    """
+    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise."""
     shown = {}
     for sensor in machine.sensors:
         y = (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u

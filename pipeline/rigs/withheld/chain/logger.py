@@ -75,8 +75,6 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
     """Return the mean speed over `window` periods, (samples, n), from positions (samples, n).
 
     The window ends at the sample, or lies around it if `centred`; it is shorter at the ends of a run.
-
-    Takes position (samples, n), period in s; gives (samples, n).
     """
     last = len(position) - 1
     k = np.arange(last + 1)
@@ -157,10 +155,7 @@ class LowPass(Part):
         return replace(readings, u=u, outputs=outputs)
 
     def filtered(self, y: Array, period: float) -> Array:
-        """Return signals (samples, n) after the filter, which was at rest at their first value.
-
-        Takes y (samples, n), period in s; gives (samples, n).
-        """
+        """Return signals (samples, n) after the filter, which was at rest at their first value."""
         sections = butter(2, min(self.cut_off, HIGHEST / period), fs=1.0 / period, output="sos")
         start = sosfilt_zi(sections)[:, :, None] * y[:1][None]
         return np.asarray(sosfilt(sections, y, axis=0, zi=start)[0])

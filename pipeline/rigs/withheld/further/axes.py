@@ -25,10 +25,7 @@ from pipeline.rigs.withheld.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class BallScrew(Mechanism):
-    """Axis with a ball screw: a motor moves a table with a payload, with position control.
-
-    The payload m (kg) is the operating point.
-    """
+    """Axis with a ball screw and position control; the payload m (kg) of the table is the operating point."""
 
     J: float = 5e-4  # moment of inertia of motor and screw, kg m^2
     b: float = 2e-3  # damping of motor and screw, N m s/rad

@@ -120,10 +120,7 @@ class HeatedBlock(Balance):
 
 @dataclass(frozen=True)
 class BuckConverter(Balance):
-    """Step-down converter, averaged over its switching: a coil and a capacitor feed a resistive load.
-
-    The input is the duty cycle.
-    """
+    """Step-down converter, averaged over its switching, with resistive load; the input is the duty cycle."""
 
     V: float = 24.0  # supply, V
     L: float = 0.02  # inductance of the coil, H
