@@ -1,7 +1,5 @@
 """Run the command `python -m pipeline <verb> ...`: verbs of the library and of the dissertation."""
 
-from __future__ import annotations
-
 import os
 import platform
 from pathlib import Path

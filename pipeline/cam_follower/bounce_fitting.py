@@ -1,7 +1,5 @@
 """Identify the parameters of the bounce simulation from training runs."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

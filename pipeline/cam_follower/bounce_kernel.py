@@ -5,8 +5,6 @@ returns only a part of the energy of an impact. The spring force is continuous w
 so that integration steps need not end there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Geometry of a disc cam with a cycloidal law and a translating roller follower (sections 5.2.1, 5.7)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

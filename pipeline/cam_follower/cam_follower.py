@@ -4,8 +4,6 @@
 these expressions. The bench of the dissertation has no return spring (k = 0).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import sympy as sp

@@ -1,7 +1,5 @@
 """Compute the minimal contact force along simulations, for all design points at once (section 6.4.1)."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import torch

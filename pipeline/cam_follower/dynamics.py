@@ -1,7 +1,5 @@
 """Base class of all models of the drivetrain."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 import torch

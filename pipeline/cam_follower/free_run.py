@@ -1,7 +1,5 @@
 """Identify the motor drivetrain by free runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Gaussian process for the acceleration (section 2.5.3): fitted by scikit-learn, simulated as a stack."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Simulate held-out experiments with stacks of models."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Integrate a second-order system with fixed steps, for a batch of states."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Label experiments as stall, jump or contact (section 5.2.2)."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

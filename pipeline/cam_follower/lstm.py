@@ -1,7 +1,5 @@
 """The recurrent network that predicts the detachment of the follower (section 5.4.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from torch import Generator, Tensor, nn

@@ -1,7 +1,5 @@
 """Black-box models with a memory (sections 2.5.1 and 2.5.2): NARX, and a vanilla recurrent network."""
 
-from __future__ import annotations
-
 import math
 
 import torch

@@ -1,7 +1,5 @@
 """Errors of simulated trajectories, projected on the angle (Fig. 6.18)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipeline.arrays import Array

@@ -1,7 +1,5 @@
 """Train a network on top of the identified motor, over windows of free run."""
 
-from __future__ import annotations
-
 import torch
 from torch import Generator, Tensor
 

@@ -1,7 +1,5 @@
 """Train the ReLU-ODE models on one-step-ahead predictions, eqs. 6.15 to 6.19."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import torch

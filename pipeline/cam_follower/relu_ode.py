@@ -1,7 +1,5 @@
 """ReLU-ODE models of section 6.4: black box, soft hybrid and hybrid."""
 
-from __future__ import annotations
-
 import math
 
 import torch

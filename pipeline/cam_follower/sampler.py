@@ -1,7 +1,5 @@
 """Draw training samples for a stack of models, and scale their inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import torch

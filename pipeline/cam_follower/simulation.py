@@ -1,7 +1,5 @@
 """The bounce simulation as a model of the detachment, alone or with a network that is added in flight."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Static models fitted to samples (sections 2.2 and 2.3): parameters of a motor, and feedforward networks."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 

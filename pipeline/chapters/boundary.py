@@ -1,7 +1,5 @@
 """Determine the boundary Q between contact and jumps, as a voltage for every cam and mass (section 6.3)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,7 +1,5 @@
 """Numbers of the tutorial (chapter 2), and verdicts on its claims."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Numbers of chapter 3, and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Numbers of chapter 4, and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

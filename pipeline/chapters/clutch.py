@@ -1,7 +1,5 @@
 """Tables of chapter 3 about the wet clutch: measurements, and one engagement in detail."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The univariate example of section 3.2.8: polynomial chaos, moments and densities beside the exact ones."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

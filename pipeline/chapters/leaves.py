@@ -1,7 +1,5 @@
 """Numbers with their uncertainty, as metrics files contain them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Diagnoses of measured machines as numbers and tables, and whether they agree with what is known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations

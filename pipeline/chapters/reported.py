@@ -1,7 +1,5 @@
 """Read diagnosis.json (`diagnosis/2`) and related files, and check their form."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

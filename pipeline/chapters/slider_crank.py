@@ -1,7 +1,5 @@
 """Tables of chapter 4 from the predictions of its models."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Summarise errors of single simulations as numbers with value, interval, unit and count."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -5,8 +5,6 @@ sample has one number: the caller reduces repeats within a draw to their median.
 row of docs/decisions/rule_changes.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import comb, factorial
 

@@ -1,7 +1,5 @@
 """Draw the interface force F† for permanent contact, beside the measured motion of the follower."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl

@@ -3,8 +3,6 @@
 An experiment is identified by its row in the table.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the loss of contact: predicted contact forces and boundaries beyond the training settings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from textwrap import fill
 

@@ -1,7 +1,5 @@
 """Tables, looks of the models and bands of repeats, shared by figures of models."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pandas as pd

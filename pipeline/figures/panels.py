@@ -1,7 +1,5 @@
 """Draw maps of a whole campaign: one panel per cam, one cell per voltage and mass."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Draw simulated held-out runs: examples, distributions, and the number of hidden units."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the withheld check, diagnoses of machines with known faults; see `pipeline.figures`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Read published archives in their original form: a zip file or a folder, and its tables."""
 
-from __future__ import annotations
-
 import io
 import warnings
 import zipfile

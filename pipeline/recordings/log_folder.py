@@ -1,7 +1,5 @@
 """Recordings of measured experiments, each on its own clock, and their log folders."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

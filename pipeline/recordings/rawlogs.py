@@ -4,8 +4,6 @@
 t, theta, omega, alpha, y, h, eps without a header.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from pathlib import Path, PurePosixPath

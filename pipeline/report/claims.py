@@ -1,7 +1,5 @@
 """Table of the dissertation's claims with computed numbers and verdicts."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping, Sequence

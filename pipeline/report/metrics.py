@@ -1,7 +1,5 @@
 """Convert the nested numbers of a metrics file to a table."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Content of every page of the site; a new page is one line of `PAGES`, or a line and a template."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

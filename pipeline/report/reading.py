@@ -1,7 +1,5 @@
 """Read the results of other stages; missing results are left out."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Results that the report shows."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Tables of executed stages, fitted models, campaigns and versions."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any

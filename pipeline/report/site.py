@@ -1,7 +1,5 @@
 """Write the site: index.html, and all other files in the folder site."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

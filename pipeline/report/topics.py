@@ -1,7 +1,5 @@
 """Topics that a chapter of the dissertation names, with the results of this project on each of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

@@ -4,8 +4,6 @@ The spring's threshold and the touch point of the plates change after each engag
 from a clipped normal distribution (section 3.3.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """Read the diagnoses of withheld cases together with the planted effects."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any

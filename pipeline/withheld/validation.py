@@ -1,7 +1,5 @@
 """Errors of diagnosed models on experiments that the diagnosis did not read."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Elementwise functions of the compiled network, in loops that the compiler vectorises."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipeline.arrays import Single

@@ -5,8 +5,6 @@ costs nothing. The rows of time step t begin at first[t]. In an array with `widt
 are the block that begins at first[t] * width.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Store fitted networks in one small file each, so that an interrupted training loses at most one fit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

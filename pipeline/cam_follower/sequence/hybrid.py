@@ -1,7 +1,5 @@
 """A recurrent network for the residual of the bounce simulation, zero in simulated contact."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Compiled network: output, loss, and gradient of the loss by back-propagation through time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipeline.arrays import Single

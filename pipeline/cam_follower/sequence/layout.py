@@ -1,7 +1,5 @@
 """Convert the weights of a network to the vector of the compiled kernel and back."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 

@@ -1,7 +1,5 @@
 """A compiled epoch of training: kernel and optimiser for one mini-batch after the other."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Train one network until its training loss converges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Draw approximate densities, and the accuracy of densities and log-likelihoods."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the univariate example: transformation of its density, and approximation by polynomial chaos."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Arrange all operating points: one panel per motor speed, one group of points per current profile."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Tables, looks of the methods and axes, shared by the figures of the wet clutch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tables, folds, and looks of models and inputs, shared by the figures of follower jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

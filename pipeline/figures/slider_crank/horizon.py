@@ -1,7 +1,5 @@
 """Draw accuracy and cost of training over a horizon of N steps."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the accuracy for different inputs of the network, and for training data near the test signals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

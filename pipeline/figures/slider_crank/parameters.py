@@ -1,7 +1,5 @@
 """Draw physical parameters: their sensitivities, and their identification together with the network."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 

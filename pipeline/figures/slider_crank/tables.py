@@ -1,7 +1,5 @@
 """Tables, names, accuracies and colours, shared by the figures of the slider-crank."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Draw the efficiency of a motor, by two physical parameters and by networks of any number of neurons."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Tables, looks and the range of the measured currents, shared by the figures of the tutorial."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Base class of the virtual machines that fill and empty: pressure, fluid, heat, current."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import ClassVar
 

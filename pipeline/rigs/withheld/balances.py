@@ -1,7 +1,5 @@
 """Machines without inertia: a pressure vessel, a column of water, a hotplate, a winding, a cell."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Write many cases of one kind, for the verb `acquire`."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

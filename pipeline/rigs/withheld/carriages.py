@@ -1,7 +1,5 @@
 """Machines that move along a line: a hoist, and a linear axis with a belt."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

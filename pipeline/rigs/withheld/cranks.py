@@ -1,7 +1,5 @@
 """Machines that turn: a pendulum, a slider-crank and a cam drive."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

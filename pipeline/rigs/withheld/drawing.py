@@ -1,7 +1,5 @@
 """Draw cases: single effects, pairs, effects in part of the runs, effects of no family, and none."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 

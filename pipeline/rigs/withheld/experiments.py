@@ -1,7 +1,5 @@
 """Simulate the logs of a case: motion first, then sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Interface of all virtual machines: motion, ports, drive, sensors and plantable effects."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Base class of the virtual machines with several coordinates and levels."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import ClassVar

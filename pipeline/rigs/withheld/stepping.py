@@ -1,7 +1,5 @@
 """Integrate by the scheme of Moreau and Jean: impulses change velocities, and velocities change positions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A case whose campaign is as real ones are: with a measurement chain, and with motions for validation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Drawing cases with measurement chains: nothing planted, one effect, two, more, and effects of no family."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """The logs of a case with a measurement chain, and how much of the gap each planted effect makes."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from itertools import chain
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Kinds of motion: those of the logs, and others for validation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A part of the measurement chain, and the readings of the logger."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """Effects of an amplifier, a motor or a valve on the command."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, field
 

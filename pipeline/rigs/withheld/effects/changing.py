@@ -1,7 +1,5 @@
 """Effects that change with time, or between runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Interfaces of planted effects: forces at a port, distortions of the actuator and of a sensor."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields

@@ -1,7 +1,5 @@
 """Springs and stops."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Flows out of a balance of fluid, heat or charge, and what a cell and a winding lack."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any
 

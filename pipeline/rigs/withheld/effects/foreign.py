@@ -1,7 +1,5 @@
 """Effects that belong to no family of the diagnosis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

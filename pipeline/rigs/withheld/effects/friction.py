@@ -1,7 +1,5 @@
 """Friction and drag as set-valued laws, by Moreau's projection: friction stops the port within its limit."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass, field
 

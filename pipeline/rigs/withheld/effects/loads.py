@@ -1,7 +1,5 @@
 """Loads and inertia that the known physics leaves out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

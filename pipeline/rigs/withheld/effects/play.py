@@ -1,7 +1,5 @@
 """Inertia that is attached to a port by play or by a spring: additional bodies with a motion of their own."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Faults of sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Machines that move along a line: a ball screw, a magnet, a chain of masses, a hydraulic cylinder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

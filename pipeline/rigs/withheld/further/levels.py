@@ -1,7 +1,5 @@
 """Machines without inertia with two levels: tanks, a heated block, a converter, a valve with a chamber."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Machines that a motor turns: a servo, a drive with two inertias, a thrust stand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

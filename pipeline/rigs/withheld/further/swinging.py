@@ -1,7 +1,5 @@
 """Machines that swing or roll: pendulums on a cart and on an arm, an arm with two links, ball and beam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
