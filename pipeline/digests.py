@@ -9,8 +9,6 @@ The stage `code` of dvc.yaml writes them, every other stage depends on some of t
 Comments and docstrings are not part of a digest, and neither is the layout of a file.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import json

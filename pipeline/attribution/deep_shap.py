@@ -6,8 +6,6 @@ k in one sweep; backward propagation needs one sweep per step k. Both are the sa
 multiplied from either end.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +58,7 @@ def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
     return torch.cat([of_features, m.settings * (x.q - r.q)], -1)
 
 
-def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
+def _to_states(network: Recurrent, m: "Multipliers", difference: Tensor) -> Tensor:
     """Return the contributions of `difference` (steps, references, n_tau) to s, one more axis n_s."""
     steps, references, features = difference.shape
     n = network.size

@@ -5,8 +5,6 @@ reference, and the value of a coalition is the mean over the background. This is
 eq. 5.21, which DeepSHAP approximates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import comb
@@ -85,7 +83,7 @@ class _Players:
     settings: Tensor
 
     @classmethod
-    def of(cls, inputs: SequenceInputs, groups: Mapping[str, Sequence[str]] | None) -> _Players:
+    def of(cls, inputs: SequenceInputs, groups: Mapping[str, Sequence[str]] | None) -> "_Players":
         names = (*inputs.features, *inputs.settings)
         found = positions(names, groups if groups is not None else {name: (name,) for name in names})
         if len(found) > MOST_PLAYERS:

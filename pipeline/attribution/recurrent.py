@@ -1,7 +1,5 @@
 """The detachment network as matrices in double precision, with its states step by step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +24,7 @@ class Trace:
     hidden: Tensor  # (steps, runs, n_eta), inputs of the ReLU units
     output: Tensor  # (steps, runs), detachment eps, m
 
-    def until(self, steps: int) -> Trace:
+    def until(self, steps: int) -> "Trace":
         """Return the first steps."""
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
@@ -52,7 +50,7 @@ class Recurrent:
     b6: Tensor  # bias of the output, m, scalar
 
     @classmethod
-    def of(cls, network: DetachmentNetwork) -> Recurrent:
+    def of(cls, network: DetachmentNetwork) -> "Recurrent":
         """Convert a network, on the CPU."""
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]

@@ -1,7 +1,5 @@
 """Attributions of predictions to inputs, and to groups of inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -65,7 +63,7 @@ class Attribution:
         """Sum of |Phi| over the steps, m, shape (names,)."""
         return np.asarray(np.abs(self.phi).sum(1))
 
-    def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
+    def grouped(self, groups: Mapping[str, Sequence[str]]) -> "Attribution":
         """Add up the attributions of every group."""
         members = positions(self.names, groups)
         phi = np.stack([self.phi[rows].sum(0) for rows in members.values()])

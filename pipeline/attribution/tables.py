@@ -1,7 +1,5 @@
 """Choose runs to explain and runs to refer to, and tabulate attributions of chapter 5."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -31,7 +29,7 @@ class Choice:
     @classmethod
     def of(
         cls, experiments: pd.DataFrame, train: Indices, test: Indices, sizes: Mapping[str, Any], seed: int
-    ) -> Choice:
+    ) -> "Choice":
         """Draw runs and references. Takes train (training experiments,), test (test experiments,)."""
         label = experiments["label"].to_numpy()
         jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]

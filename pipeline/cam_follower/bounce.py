@@ -1,7 +1,5 @@
 """Simulate the detachment of the follower from the measured motion of the cam, without a network."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -48,7 +46,7 @@ class BounceParameters:
         write_json(path, asdict(self))
 
     @classmethod
-    def read(cls, path: Path) -> BounceParameters:
+    def read(cls, path: Path) -> "BounceParameters":
         """Read parameters that `write` wrote."""
         content, names = read_json(path), [f.name for f in fields(cls)]
         if not isinstance(content, dict) or set(content) != set(names):
@@ -77,7 +75,7 @@ class CamMotion:
     gravity: float  # m/s^2
 
     @classmethod
-    def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> CamMotion:
+    def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> "CamMotion":
         """Interpolate the angle of the cam in measured runs by cubic splines.
 
         Only the given runs are read. With 100 Hz sampling, this predicts the detachment as well as with the

@@ -1,7 +1,5 @@
 """Properties of an experiment that are known in advance: operating point and cam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
@@ -28,7 +26,7 @@ class Conditions:
     S_x: Tensor  # imbalance of the cam plate along x, N m
     S_y: Tensor  # the same along y, N m
 
-    def __getitem__(self, index: Tensor) -> Conditions:
+    def __getitem__(self, index: Tensor) -> "Conditions":
         """The conditions of the experiments `index` (any shape, int64)."""
         return Conditions(*(getattr(self, f.name)[index] for f in fields(self)))
 
@@ -67,7 +65,7 @@ class Bench:
     cams: tuple[tuple[float, float], ...]
 
     @classmethod
-    def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> Bench:
+    def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> "Bench":
         """Collect the cams of a table of experiments."""
         pairs = experiments[["H", "beta"]].drop_duplicates().sort_values(["H", "beta"])
         return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))

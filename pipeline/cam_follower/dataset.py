@@ -1,7 +1,5 @@
 """Resampled trajectories of a campaign as tensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch
@@ -25,7 +23,7 @@ class Dataset:
     period: float  # s
 
     @classmethod
-    def of(cls, campaign: Campaign, mechanism: CamFollower) -> Dataset:
+    def of(cls, campaign: Campaign, mechanism: CamFollower) -> "Dataset":
         """Convert a resampled campaign."""
         bench = Bench.of(mechanism, campaign.experiments)
         theta, omega = (torch.tensor(campaign.signals[k], dtype=torch.float32) for k in ("theta", "omega"))

@@ -1,7 +1,5 @@
 """Compare predicted with measured detachment run by run, and classify jumps (section 5.4.3)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,7 +30,7 @@ class Observed:
     turns: list[list[slice]]
 
     @classmethod
-    def of(cls, campaign: Campaign, samples: int) -> Observed:
+    def of(cls, campaign: Campaign, samples: int) -> "Observed":
         """Read the first samples of every run of a campaign."""
         sequences = Sequences.of(campaign, SequenceInputs(("theta", "t")), samples)
         lengths = sequences.lengths.tolist()

@@ -1,7 +1,5 @@
 """Runs as padded arrays, the input of a recurrent network (section 5.4.2)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -56,7 +54,7 @@ class Sequences:
     lengths: Indices  # (runs,), numbers of samples
 
     @classmethod
-    def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> Sequences:
+    def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> "Sequences":
         """Read all runs of a campaign with the signal eps, in the order of the campaign."""
         runs = campaign.experiments["exp"].to_numpy(np.int64)
         lengths = np.diff(campaign.offsets)
@@ -81,7 +79,7 @@ class Sequences:
         real: Bools = np.arange(self.features.shape[1]) < self.lengths[:, None]
         return real
 
-    def of_runs(self, rows: Indices) -> Sequences:
+    def of_runs(self, rows: Indices) -> "Sequences":
         """Select runs, and pad them to the longest of them. Takes rows (selected,)."""
         lengths = self.lengths[rows]
         steps = int(lengths.max(initial=0))

@@ -1,7 +1,5 @@
 """Numbers of chapter 5 (follower jumps, contributions of the inputs), and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -45,7 +43,7 @@ COMMON = (
 )
 
 
-def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
+def splits(trained: "pd.Series[str]", folds: "pd.Series[str]") -> Array:
     """Return the experiment of every row (rows,): uniform, factors, or scarce for models without q_s."""
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
@@ -158,7 +156,7 @@ class Repeats:
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 
-def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
+def _per_repeat(numbers: "pd.Series[float]", model: str, fold: str) -> Array:
     if (model, fold) not in numbers.index:
         raise BadInput(f"there are no predictions of {model} on the fold {fold}, or no jumps among them")
     return np.asarray(numbers[model][fold], np.float64)

@@ -1,7 +1,5 @@
 """What is known of measured machines from elsewhere: known.yaml beside the system files of every machine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,7 +42,7 @@ class Reference:
     source: str
 
     @classmethod
-    def read(cls, row: Mapping[str, Any]) -> Reference:
+    def read(cls, row: Mapping[str, Any]) -> "Reference":
         """Read a row of `numbers`; a value that is a list is a range."""
         values = row["value"] if isinstance(row["value"], list) else [row["value"]]
         return cls(row["of"], row["parameter"], min(values), max(values), row["unit"], row["source"])
@@ -62,7 +60,7 @@ class KnownCase:
     numbers: tuple[Reference, ...]
 
     @classmethod
-    def read(cls, case: Mapping[str, Any]) -> KnownCase:
+    def read(cls, case: Mapping[str, Any]) -> "KnownCase":
         """Read an entry of `cases`."""
         return cls(
             str(case["known"]),

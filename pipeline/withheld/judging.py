@@ -7,8 +7,6 @@ Effects that describe the measurement chain (`tolerated` in truth.json), or that
 one of these, are neither right nor wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
@@ -41,7 +39,7 @@ class Planted:
     material: bool = True  # whether this share is at least a tenth
 
     @classmethod
-    def of(cls, row: Content, seen: bool) -> Planted:
+    def of(cls, row: Content, seen: bool) -> "Planted":
         """Read a planted effect."""
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
@@ -90,7 +88,7 @@ class Case:
     @classmethod
     def of(
         cls, truth: Content, diagnosis: Content, acts_at: ActsAt, seen: Sequence[bool], gap_seen: bool = True
-    ) -> Case:
+    ) -> "Case":
         """Compare a diagnosis with truth.json; `seen` and `gap_seen` are what the oracle sees."""
         planted = tuple(Planted.of(row, one) for row, one in zip(truth["effects"], seen, strict=True))
         tolerated = frozenset((row["family"], row["channel"]) for row in truth.get("tolerated", ()))

@@ -1,7 +1,5 @@
 """Compute the best possible diagnosis: the effects are known, only their parameters are fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -156,7 +154,7 @@ class Judged:
     floor: float  # noise floor of the gap, in standard deviations of the outputs
 
     @classmethod
-    def of(cls, fitted: FittedHypothesis) -> Judged:
+    def of(cls, fitted: FittedHypothesis) -> "Judged":
         """Assess a fitted model in windows that start at the measured states; see `deviation.gap`."""
         study = fitted.hypothesis.study
         recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest, study.sensors)
@@ -178,7 +176,7 @@ class Judged:
         """Whether the gap is larger than noise explains."""
         return self.gap > BEYOND * self.floor
 
-    def is_worse_than(self, other: Judged) -> bool:
+    def is_worse_than(self, other: "Judged") -> bool:
         """Tell whether another model is better by more than chance and by more than a part of the noise.
 
         The mean squared error of the other model must be lower by more than the square of a quarter of the

@@ -5,8 +5,6 @@ dynamical systems, PNAS 113 (2016). It differentiates the measured speeds, subtr
 looks for few terms that make up the rest.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -94,7 +92,7 @@ class _Problem:
     target: Array
 
     @classmethod
-    def of(cls, study: Study) -> _Problem:
+    def of(cls, study: Study) -> "_Problem":
         system, logs = study.system, study.logs
         rows = np.flatnonzero(np.isin(logs.owner, study.learned))
         rows = rows[:: -(-len(rows) // SAMPLES)]

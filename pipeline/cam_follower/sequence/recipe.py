@@ -1,7 +1,5 @@
 """A recurrent network and its training, as a file of conf/model/ describes them: inputs, size, training."""
 
-from __future__ import annotations
-
 import hashlib
 import sys
 import time
@@ -96,7 +94,7 @@ class SequenceRecipe(DetachmentRecipe):
 
     def _tasks(
         self, campaign: Campaign, folds: Mapping[str, Indices], repeats: int, seed: int, out: Path
-    ) -> list[_Task]:
+    ) -> list["_Task"]:
         """Return one task per fold and repeat; for the arguments see `fit`."""
         sequences = Sequences.of(campaign, self.inputs, self.samples)
         return [

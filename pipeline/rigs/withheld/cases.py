@@ -1,7 +1,5 @@
 """A case: a machine, its planted effects, their size, and the seed of all random choices."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -45,7 +43,7 @@ class Case:
             raise BadInput(f"level: must not be negative, got {self.level}")
 
     @classmethod
-    def of(cls, truth: Mapping[str, Any]) -> Case:
+    def of(cls, truth: Mapping[str, Any]) -> "Case":
         """Return the case of a truth.json that `campaign.write` wrote."""
         planted = (
             Planted(row["family"], row["channel"], row.get("factor"), row.get("level"))

@@ -1,9 +1,7 @@
 """Parts of the chain before the machine: controller, drive, and friction that varies from run to run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -35,7 +33,7 @@ class DriveLag(Part):
     time: float  # s
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> DriveLag:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a drive."""
         return cls(float(rng.uniform(*LAG)))
 
@@ -70,7 +68,7 @@ class ClosedLoop(Part):
     filter: float  # time constant of the low-pass, s
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> ClosedLoop:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw the filter of the speed."""
         return cls(float(rng.uniform(*FILTER)))
 

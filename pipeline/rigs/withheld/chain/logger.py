@@ -1,8 +1,7 @@
 """Parts of the chain behind the machine: encoders, speeds, filters, and the clock of the logger."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -25,7 +24,7 @@ class Clock(Part):
     stamped: bool  # the log has the instants of the samples; otherwise it has the uniform grid
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Clock:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a clock."""
         return cls(float(rng.uniform(*JITTER)), float(rng.uniform(0.0, FASTEST)), bool(rng.uniform() < 0.5))
 
@@ -56,7 +55,7 @@ class CoarseEncoder(Part):
     factor: float
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> CoarseEncoder:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw an encoder."""
         return cls(float(np.exp(rng.uniform(*np.log(COARSER)))))
 
@@ -93,7 +92,7 @@ class DifferencedSpeed(Part):
     centred: bool  # the window lies around the sample, computed after the run; else it ends there
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw window and cut-off; a speed of the drive's controller has a latency."""
         window = float(np.exp(rng.uniform(*np.log(WINDOW))))
         centred = bool(rng.uniform() < 0.5)
@@ -145,7 +144,7 @@ class LowPass(Part):
     whole: bool  # the input passes it, too
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> LowPass:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a filter."""
         return cls(float(np.exp(rng.uniform(*np.log(CUT_OFF)))), bool(rng.uniform() < 0.5))
 
