@@ -5,17 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    flows,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, flows, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -72,11 +62,11 @@ class BallScrew(Mechanism):
         P("load_friction", "screw", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 0.05),
           (("load_friction", "table"),)),
         P("position_dependent_friction", "table", lambda a, *_: friction.TightSpot(90.0 * a, 0.01, 0.012)),
-        P("linear_spring", "table", lambda a, *_: elastic.RubberSpring(1500.0 * a, 0.0, 0.1),
+        P("linear_spring", "table", lambda a, *_: loads.RubberSpring(1500.0 * a, 0.0, 0.1),
           (("linear_spring", "screw"),)),
-        P("end_stop", "table", lambda a, *_: elastic.Bumper(2e5 * a, 0.4, -0.035, 0.03)),
+        P("end_stop", "table", lambda a, *_: loads.Bumper(2e5 * a, 0.4, -0.035, 0.03)),
         P("torque_ripple", "screw", lambda a, *_: loads.Ripple([0.12 * a, 0.06 * a], [1.0, 4.0], [0.5, 1.2])),
-        P("backlash", "screw", lambda a, *_: play.LooseInertia("J", 1e-4, 0.15 * a, 0.2, 0.5)),
+        P("backlash", "screw", lambda a, *_: loads.LooseInertia("J", 1e-4, 0.15 * a, 0.2, 0.5)),
         P("actuator_offset", "actuator:i", lambda a, *_: actuators.Offset(0.25 * a),
           (("constant_load", "screw"), ("constant_load", "table"))),
         P("actuator_asymmetry", "actuator:i", lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.2)),
@@ -134,8 +124,8 @@ class Magnet(Mechanism):
         P("coulomb_friction", "stage", lambda a, *_: friction.Coulomb(0.06 * a)),
         P("viscous_friction", "stage", lambda a, *_: friction.EyringDrag(4.0 * a, 0.03)),
         P("hysteresis", "stage", lambda a, *_: friction.MaxwellSlip(0.12 * a, 4e-4)),
-        P("nonlinear_spring", "stage", lambda a, *_: elastic.OneSidedSpring(300.0 * a, 1e-3, 1.0, 1.7, 5e-4)),
-        P("end_stop", "stage", lambda a, *_: elastic.Bumper(7e4 * a, 2.0, 2e-4, 1.4e-3)),
+        P("nonlinear_spring", "stage", lambda a, *_: loads.OneSidedSpring(300.0 * a, 1e-3, 1.0, 1.7, 5e-4)),
+        P("end_stop", "stage", lambda a, *_: loads.Bumper(7e4 * a, 2.0, 2e-4, 1.4e-3)),
         P("constant_load", "stage", lambda a, *_: loads.ConstantLoad(0.12 * a)),
         P("inertia_error", "stage", lambda a, *_: loads.WrongInertia("m", 0.15 * a)),
         P("actuator_offset", "actuator:i", lambda a, *_: actuators.Offset(0.06 * a)),
@@ -210,13 +200,13 @@ class MassChain(Mechanism):
         P("stribeck_friction", "second", lambda a, *_: friction.LorentzFriction(0.3 * a, 0.9 * a, 0.03)),
         P("quadratic_drag", "third", lambda a, *_: friction.Windage(8.0 * a, 0.02)),
         P("viscous_friction", "second", lambda a, *_: friction.EyringDrag(1.5 * a, 0.3)),
-        P("linear_spring", "third", lambda a, *_: elastic.RubberSpring(60.0 * a, 0.0, 0.03)),
-        P("nonlinear_spring", "second", lambda a, *_: elastic.PlaySpring(200.0 * a, 4e5 * a, 0.0, 0.006)),
-        P("end_stop", "third", lambda a, *_: elastic.Bumper(8e3 * a, 0.5, -0.012, 0.01)),
+        P("linear_spring", "third", lambda a, *_: loads.RubberSpring(60.0 * a, 0.0, 0.03)),
+        P("nonlinear_spring", "second", lambda a, *_: loads.PlaySpring(200.0 * a, 4e5 * a, 0.0, 0.006)),
+        P("end_stop", "third", lambda a, *_: loads.Bumper(8e3 * a, 0.5, -0.012, 0.01)),
         P("constant_load", "second", lambda a, *_: loads.ConstantLoad(1.2 * a)),
         P("inertia_error", "third", lambda a, *_: loads.WrongInertia("m3", 0.12 * a)),
         P("flexible_transmission", "third",
-          lambda a, *_: play.Resonator("m3", min(0.15 * a, 0.5), 9.0, 0.03)),
+          lambda a, *_: loads.Resonator("m3", min(0.15 * a, 0.5), 9.0, 0.03)),
         P("actuator_gain", "actuator:F", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:F", lambda a, *_: actuators.RoundedDeadZone(1.0 * a)),
         P("input_delay", "actuator:F", lambda a, *_: actuators.Transport(0.008 * a)),
@@ -275,8 +265,8 @@ class HydraulicCylinder(Mechanism):
         P("coulomb_friction", "rod", lambda a, *_: friction.Coulomb(80.0 * a)),
         P("stribeck_friction", "rod", lambda a, *_: friction.TustinFriction(50.0 * a, 130.0 * a, 0.03)),
         P("position_dependent_friction", "rod", lambda a, *_: friction.TightSpot(200.0 * a, 0.01, 0.015)),
-        P("linear_spring", "rod", lambda a, *_: elastic.RubberSpring(3e3 * a, 0.0, 0.08)),
-        P("end_stop", "rod", lambda a, *_: elastic.Bumper(1e6 * a, 0.4, -0.03, 0.025)),
+        P("linear_spring", "rod", lambda a, *_: loads.RubberSpring(3e3 * a, 0.0, 0.08)),
+        P("end_stop", "rod", lambda a, *_: loads.Bumper(1e6 * a, 0.4, -0.03, 0.025)),
         P("constant_load", "rod", lambda a, *_: loads.ConstantLoad(120.0 * a)),
         P("inertia_error", "rod", lambda a, *_: loads.WrongInertia("m_p", 12.0 * a)),
         P("linear_loss", "oil", lambda a, *_: flows.Gap(1e-11 * a, 2e-7)),

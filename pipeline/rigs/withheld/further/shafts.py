@@ -5,17 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    flows,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, flows, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -66,7 +56,7 @@ class RotaryServo(Mechanism):
         P("torque_ripple", "shaft",
           lambda a, *_: loads.Ripple([0.012 * a, 0.005 * a], [7.0, 14.0], [0.3, 1.7])),
         P("inertia_error", "shaft", lambda a, *_: loads.WrongInertia("J", 1e-4 * a)),
-        P("backlash", "shaft", lambda a, *_: play.LooseInertia("J", 8e-5, 0.05 * a, 0.2, 0.2)),
+        P("backlash", "shaft", lambda a, *_: loads.LooseInertia("J", 8e-5, 0.05 * a, 0.2, 0.2)),
         P("self_heating", "coil", lambda a, *_: flows.HotCopper(2.0, 0.15 * a, 0.6, 6.0)),
         P("actuator_saturation", "actuator:u", lambda a, *_: actuators.SoftSaturation(8.0 / a)),
         P("actuator_dead_zone", "actuator:u", lambda a, *_: actuators.RoundedDeadZone(0.5 * a)),
@@ -131,10 +121,10 @@ class CoupledDrive(Mechanism):
         P("load_friction", "motor", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 0.02)),
         P("hysteresis", "coupling", lambda a, *_: friction.MaxwellSlip(0.15 * a, 0.01)),
         P("viscous_friction", "load", lambda a, *_: friction.EyringDrag(0.03 * a, 4.0)),
-        P("nonlinear_spring", "coupling", lambda a, *_: elastic.PlaySpring(30.0 * a, 1e5 * a, 0.0, 0.008)),
+        P("nonlinear_spring", "coupling", lambda a, *_: loads.PlaySpring(30.0 * a, 1e5 * a, 0.0, 0.008)),
         P("gravity_load", "load", lambda a, *_: loads.Unbalance(0.15 * a, 0.4)),
         P("constant_load", "load", lambda a, *_: loads.ConstantLoad(0.12 * a)),
-        P("backlash", "load", lambda a, *_: play.LooseInertia("J2", 0.0015, 0.03 * a, 0.2, 0.1)),
+        P("backlash", "load", lambda a, *_: loads.LooseInertia("J2", 0.0015, 0.03 * a, 0.2, 0.1)),
         P("inertia_error", "load", lambda a, *_: loads.WrongInertia("J2", 1e-3 * a)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(-min(0.1 * a, 0.5))),
         P("actuator_lag", "actuator:T", lambda a, *_: actuators.TwoPoleLag(0.005 * a)),
@@ -207,8 +197,8 @@ class ThrustStand(Mechanism):
         P("quadratic_drag", "arm", lambda a, *_: friction.Windage(0.12 * a, 0.1)),
         P("viscous_friction", "rotor", lambda a, *_: friction.EyringDrag(5e-5 * a, 200.0)),
         P("hysteresis", "arm", lambda a, *_: friction.MaxwellSlip(0.06 * a, 0.08)),
-        P("linear_spring", "arm", lambda a, *_: elastic.RubberSpring(0.3 * a, 0.0, 0.5)),
-        P("end_stop", "arm", lambda a, *_: elastic.Bumper(20.0 * a, 0.2, 0.12, 0.36)),
+        P("linear_spring", "arm", lambda a, *_: loads.RubberSpring(0.3 * a, 0.0, 0.5)),
+        P("end_stop", "arm", lambda a, *_: loads.Bumper(20.0 * a, 0.2, 0.12, 0.36)),
         P("constant_load", "arm", lambda a, *_: loads.ConstantLoad(0.1 * a)),
         P("inertia_error", "rotor", lambda a, *_: loads.WrongInertia("J_r", 3e-5 * a)),
         P("actuator_gain", "actuator:u", lambda a, *_: actuators.Gain(-min(0.08 * a, 0.5))),

@@ -5,16 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -73,11 +64,11 @@ class CartPendulum(Mechanism):
         P("stribeck_friction", "rail", lambda a, *_: friction.LorentzFriction(0.8 * a, 2.0 * a, 0.04)),
         P("quadratic_drag", "joint", lambda a, *_: friction.Windage(4e-3 * a, 0.5)),
         P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(1.5 * a, 0.012)),
-        P("nonlinear_spring", "rail", lambda a, *_: elastic.OneSidedSpring(60.0 * a, 0.02, 1.0, 1.7, 0.1)),
-        P("linear_spring", "joint", lambda a, *_: elastic.RubberSpring(0.12 * a, 0.0, 1.0)),
+        P("nonlinear_spring", "rail", lambda a, *_: loads.OneSidedSpring(60.0 * a, 0.02, 1.0, 1.7, 0.1)),
+        P("linear_spring", "joint", lambda a, *_: loads.RubberSpring(0.12 * a, 0.0, 1.0)),
         P("constant_load", "rail",
           lambda a, *_: loads.ConstantLoad(1.2 * a), (("actuator_offset", "actuator:u"),)),
-        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("M", min(0.25 * a, 0.7), 9.0, 0.03)),
+        P("flexible_transmission", "rail", lambda a, *_: loads.Resonator("M", min(0.25 * a, 0.7), 9.0, 0.03)),
         P("actuator_dead_zone", "actuator:u", lambda a, *_: actuators.RoundedDeadZone(0.4 * a)),
         P("actuator_saturation", "actuator:u", lambda a, *_: actuators.SoftSaturation(4.0 / a)),
         P("actuator_lag", "actuator:u", lambda a, *_: actuators.TwoPoleLag(0.01 * a)),
@@ -150,10 +141,10 @@ class TwoLinkArm(Mechanism):
         P("stribeck_friction", "shoulder", lambda a, *_: friction.TustinFriction(0.1 * a, 0.25 * a, 0.3)),
         P("position_dependent_friction", "shoulder", lambda a, *_: friction.TightSpot(0.3 * a, 0.2, 0.2)),
         P("viscous_friction", "elbow", lambda a, *_: friction.EyringDrag(0.015 * a, 3.0)),
-        P("end_stop", "elbow", lambda a, *_: elastic.Bumper(4.0 * a, 0.2, -0.35, 0.3)),
-        P("linear_spring", "elbow", lambda a, *_: elastic.RubberSpring(0.15 * a, 0.0, 1.0)),
+        P("end_stop", "elbow", lambda a, *_: loads.Bumper(4.0 * a, 0.2, -0.35, 0.3)),
+        P("linear_spring", "elbow", lambda a, *_: loads.RubberSpring(0.15 * a, 0.0, 1.0)),
         P("gravity_load", "shoulder", lambda a, *_: loads.Unbalance(0.3 * a, 0.2)),
-        P("backlash", "shoulder", lambda a, *_: play.LooseInertia("I1", 0.006, 0.02 * a, 0.2, 0.1)),
+        P("backlash", "shoulder", lambda a, *_: loads.LooseInertia("I1", 0.006, 0.02 * a, 0.2, 0.1)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.15 * a)),
         P("input_delay", "actuator:T", lambda a, *_: actuators.Transport(0.004 * a)),
@@ -222,7 +213,7 @@ class RotaryPendulum(Mechanism):
         P("torque_ripple", "arm", lambda a, *_: loads.Ripple([0.03 * a, 0.012 * a], [6.0, 18.0], [0.2, 2.0])),
         P("gravity_load", "arm", lambda a, *_: loads.Unbalance(0.03 * a, 0.4)),
         P("inertia_error", "arm", lambda a, *_: loads.WrongInertia("J", 6e-4 * a)),
-        P("backlash", "arm", lambda a, *_: play.LooseInertia("J", 7e-4, 0.02 * a, 0.2, 0.1)),
+        P("backlash", "arm", lambda a, *_: loads.LooseInertia("J", 7e-4, 0.02 * a, 0.2, 0.1)),
         P("actuator_offset", "actuator:u",
           lambda a, *_: actuators.Offset(0.5 * a), (("constant_load", "arm"),)),
         P("actuator_asymmetry", "actuator:u", lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.4)),
@@ -291,11 +282,11 @@ class BallBeam(Mechanism):
         P("stribeck_friction", "pivot", lambda a, *_: friction.TustinFriction(0.02 * a, 0.05 * a, 0.1)),
         P("viscous_friction", "ball", lambda a, *_: friction.EyringDrag(0.08 * a, 0.4)),
         P("quadratic_drag", "ball", lambda a, *_: friction.Windage(0.5 * a, 0.03)),
-        P("nonlinear_spring", "pivot", lambda a, *_: elastic.OneSidedSpring(1.0 * a, 0.02, 1.0, 1.7, 0.1)),
-        P("linear_spring", "pivot", lambda a, *_: elastic.RubberSpring(0.6 * a, 0.0, 0.3)),
+        P("nonlinear_spring", "pivot", lambda a, *_: loads.OneSidedSpring(1.0 * a, 0.02, 1.0, 1.7, 0.1)),
+        P("linear_spring", "pivot", lambda a, *_: loads.RubberSpring(0.6 * a, 0.0, 0.3)),
         P("constant_load", "ball", lambda a, *_: loads.ConstantLoad(0.01 * a)),
         P("inertia_error", "pivot", lambda a, *_: loads.WrongInertia("J", 4e-3 * a)),
-        P("backlash", "pivot", lambda a, *_: play.LooseInertia("J", 6e-3, 4e-3 * a, 0.1, 0.05)),
+        P("backlash", "pivot", lambda a, *_: loads.LooseInertia("J", 6e-3, 4e-3 * a, 0.1, 0.05)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.02 * a)),
         P("sensor_offset", "sensor:alpha", lambda a, *_: sensors.Bias(8e-3 * a)),
