@@ -149,27 +149,13 @@ class Machine(ABC):
         # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
         last, v = v, v + dt * self.rates(middle, 1.5 * v - 0.5 * before, u, c)
         for name, force in forces:
-            v = v + self.pushed(name, force, dt, t, middle, v, u, c)
+            v = v + self._pushed(name, force, dt, t, middle, v, u, c)
         return State(middle + 0.5 * dt * v, v, last)
 
-    def pushed(
+    def _pushed(
         self, name: str, force: PortEffect, dt: float, t: float, q: Array, v: Array, u: Array, c: Conditions
     ) -> Array:
-        """Return what the impulse of a planted force changes in one step.
-
-        Args:
-            name: name of the port.
-            force: force at the port.
-            dt: length of the step, s.
-            t: time since the start of the run, s.
-            q: positions, shape (d, n).
-            v: velocities, shape (d, n).
-            u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
-
-        Returns:
-            Change of the velocities, shape (d, n).
-        """
+        """Return what the impulse of a planted force changes in one step: velocities, (d, n)."""
         port = self.port(name, q, v, c)._replace(load=self.load(name, u))
         return port.response * force.impulse(dt, t, port)
 
