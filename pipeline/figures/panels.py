@@ -1,5 +1,7 @@
 """Draw maps of a whole campaign: one panel per cam, one cell per voltage and mass."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -27,11 +29,16 @@ def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Pa
     grid = figure.subplots(len(strokes), len(rises), sharex=True, sharey=True, squeeze=False)
     for axes, beta in zip(grid[0], rises, strict=True):
         axes.set_title(level("beta", beta))
-    for axes, H in zip(grid[:, -1], strokes, strict=True):
-        axes.annotate(
-            level("H", H), (1.03, 0.5), xycoords="axes fraction", rotation=270, ha="left", va="center"
-        )
+    strokes_beside(grid[:, -1], strokes)
     return figure, {(H, b): grid[i, j] for i, H in enumerate(strokes) for j, b in enumerate(rises)}
+
+
+def strokes_beside(column: Iterable[Axes], strokes: Array) -> None:
+    """Write every stroke (rows,), m, beside the last panel of its row."""
+    for axes, H in zip(column, strokes, strict=True):
+        axes.annotate(
+            level("H", float(H)), (1.03, 0.5), xycoords="axes fraction", rotation=270, ha="left", va="center"
+        )
 
 
 def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:

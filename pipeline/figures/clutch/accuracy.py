@@ -25,11 +25,10 @@ from pipeline.figures.clutch.tables import (
     area_of,
     demo_alpha,
     line_of,
-    listed_x,
     methods,
     table,
 )
-from pipeline.figures.palette import WINE, nothing, plain_log
+from pipeline.figures.palette import WINE, listed_x, nothing, plain_log
 from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled
 
 #: Points whose names are shown.

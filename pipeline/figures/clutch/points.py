@@ -43,7 +43,8 @@ def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, P
         axes.set_axisbelow(True)
     column[-1].set_xticks(range(len(profiles)), [f"{p:.0f}" for p in profiles])
     column[-1].xaxis.set_minor_locator(NullLocator())
-    column[-1].set(xlim=(-0.5, len(profiles) - 0.5), xlabel=f"current profile (-); {_sides(brakes)}")
+    sides = f"within one, from left to right: brake torque {', '.join(f'{b:g}' for b in brakes)} N m"
+    column[-1].set(xlim=(-0.5, len(profiles) - 0.5), xlabel=f"current profile (-); {sides}")
     width = GROUP / len(brakes)
     return {
         str(row.id): Place(
@@ -54,10 +55,6 @@ def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, P
         )
         for row in experiments.itertuples(index=False)
     }
-
-
-def _sides(brakes: list[float]) -> str:
-    return "within one, from left to right: brake torque " + ", ".join(f"{b:g}" for b in brakes) + " N m"
 
 
 def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:

@@ -4,12 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
 
-from pipeline.arrays import Array
 from pipeline.figures.palette import INDIGO
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
@@ -106,12 +103,3 @@ def dot(label: str, filled: bool = True) -> Line2D:
     """Return the legend entry of measured points."""
     face = BLACK if filled else "white"
     return Line2D([], [], color=BLACK, marker="o", mfc=face, markersize=4.5, linestyle="", label=label)
-
-
-def listed_x(axes: Axes, values: Array) -> None:
-    """Make the horizontal axis logarithmic, with ticks at `values` (n,) as plain numbers."""
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_formatter(NullFormatter())

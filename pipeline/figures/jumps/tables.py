@@ -2,14 +2,12 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.palette import INDIGO, WINE
-from unmodelled.base.parquet import read_parquet
+from pipeline.figures.palette import INDIGO, WINE, tables_of
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, setting
 
 #: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.
@@ -67,9 +65,7 @@ INPUTS = {
 ANGLE = ("sin(theta)", "cos(theta)")
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the follower jumps."""
-    return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
+table = tables_of("jumps")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:

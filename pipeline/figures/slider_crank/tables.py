@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from pipeline.arrays import Array, Bools
-from pipeline.figures.palette import INDIGO
-from unmodelled.base.parquet import read_parquet
+from pipeline.figures.palette import INDIGO, tables_of
 from unmodelled.report.figures.style import BLACK, ORANGE
 
 RMSE = "RMSE of ω (rad/s)"
@@ -41,9 +39,7 @@ DIRECTIONS = {"v > 0": INDIGO, "v < 0": ORANGE}
 MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the slider-crank."""
-    return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
+table = tables_of("slider_crank")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:
