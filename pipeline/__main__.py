@@ -17,19 +17,8 @@ EXECUTIONS = Path("data") / "executions"
 
 #: Packages whose version can change a number, a figure or a time.
 PACKAGES = (
-    "dvc",
-    "hydra-core",
-    "matplotlib",
-    "mujoco",
-    "numba",
-    "numpy",
-    "pandas",
-    "pyarrow",
-    "scikit-learn",
-    "scipy",
-    "shap",
-    "sympy",
-    "torch",
+    *("dvc", "hydra-core", "matplotlib", "mujoco", "numba", "numpy", "pandas"),
+    *("pyarrow", "scikit-learn", "scipy", "shap", "sympy", "torch"),
 )
 
 

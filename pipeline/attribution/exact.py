@@ -70,17 +70,11 @@ def shapley_weights(players: int) -> Tensor:
 
 @dataclass(frozen=True)
 class _Players:
-    """Players of the game: signals first, then settings.
-
-    Attributes:
-        names: names of the players.
-        signals: whether each feature belongs to a player, shape (players of signals, n_tau).
-        settings: whether each setting belongs to a player, shape (players of settings, n_q).
-    """
+    """Players of the game: signals first, then settings."""
 
     names: tuple[str, ...]
-    signals: Tensor
-    settings: Tensor
+    signals: Tensor  # (players of signals, n_tau), whether a feature belongs to a player
+    settings: Tensor  # (players of settings, n_q), whether a setting belongs to a player
 
     @classmethod
     def of(cls, inputs: SequenceInputs, groups: Mapping[str, Sequence[str]] | None) -> "_Players":

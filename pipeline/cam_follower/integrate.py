@@ -17,7 +17,7 @@ SPEED_LIMIT = 200.0
 def step(
     acceleration: Acceleration, k1: Tensor, angle: Tensor, speed: Tensor, period: float, method: Method
 ) -> tuple[Tensor, Tensor]:
-    """Integrate one step of `period` s from slopes k1, angle (rad) and speed (rad/s) of any shape (one)."""
+    """Integrate one step of `period` s; k1 (rad/s^2), angle (rad) and speed (rad/s) have one shape."""
     if method == "euler":
         return angle + period * speed, speed + period * k1
     half = 0.5 * period

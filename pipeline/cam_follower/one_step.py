@@ -21,7 +21,7 @@ class Networked(Protocol):
 
 
 def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
-    """Return a stack of untrained models, with inputs scaled by each fold's own (training experiments,)."""
+    """Return a stack of untrained models, with inputs scaled by each fold's own experiments (n,)."""
     probe = build(dataset.bench, torch.ones(1, 1), generator)
     values = probe.inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
     return build(dataset.bench, input_scale(values, dataset, folds), generator)

@@ -135,16 +135,8 @@ def _power_law(recurrent: dict[str, Any]) -> Row:
 
 def _inputs(errors: pd.DataFrame) -> Row:
     chosen = errors[(errors["split"] == "leave_one_out") & ~errors["extra"]]
-    names = [
-        "nnap",
-        "nnap_theta_omega",
-        "nnap_d_v_t",
-        "nnap_d",
-        "nnap_v",
-        "nnap_theta",
-        "nnap_omega",
-        "nnap_t",
-    ]
+    inputs = ("theta_omega", "d_v_t", "d", "v", "theta", "omega", "t")
+    names = ["nnap", *(f"nnap_{q}" for q in inputs)]
     means = {
         n: per_trajectory(chosen[chosen["model"] == n]).mean() for n in names if n in set(chosen["model"])
     }

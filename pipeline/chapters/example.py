@@ -48,7 +48,7 @@ def exact_moments() -> Array:
 
 
 def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
-    """Return the Gaussian and the maximum-entropy density with given raw moments (MOMENTS,) on (1, 2)."""
+    """Return the Gaussian and maximum-entropy density of raw moments (MOMENTS,), on a support (1, 2)."""
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
     return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 

@@ -22,17 +22,8 @@ VERDICTS = {
 
 #: What every row of a claims file says.
 KEYS = (
-    "id",
-    "chapter",
-    "page",
-    "claim",
-    "dissertation",
-    "ours",
-    "interval",
-    "unit",
-    "protocol",
-    "data",
-    "verdict",
+    *("id", "chapter", "page", "claim", "dissertation", "ours"),
+    *("interval", "unit", "protocol", "data", "verdict"),
 )
 
 COLUMNS = ("Claim", "Page", "Dissertation", "Ours", "Verdict", "Protocol")

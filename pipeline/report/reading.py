@@ -24,15 +24,8 @@ from unmodelled.report.tables import Table, file_table
 
 #: What the note of an execution says at least.
 EXECUTION = (
-    "stage",
-    "command",
-    "configuration",
-    "seed",
-    "seconds",
-    "finished",
-    "revision",
-    "machine",
-    "versions",
+    *("stage", "command", "configuration", "seed", "seconds"),
+    *("finished", "revision", "machine", "versions"),
 )
 
 

@@ -110,9 +110,7 @@ class ClutchCampaign(VirtualCampaign):
         return SHARP if self.sharp else MILD
 
     def table(self) -> pd.DataFrame:
-        """Return the engagements: id, file, u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm,
-        profile.
-        """
+        """Return engagements, with u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm, profile."""
         rows = product(enumerate(self.profiles.settings, start=1), SPEEDS, BRAKES)
         return pd.DataFrame(
             [

@@ -93,11 +93,7 @@ def oracle(study: Study, known: Sequence[Known]) -> Oracle:
 
 
 class _Refits:
-    """Fits of what is known, each of them done once.
-
-    Args:
-        base: refitted physics without any effect.
-    """
+    """Fits of what is known, each of them done once; `base` is the refitted physics without any effect."""
 
     def __init__(self, base: FittedHypothesis) -> None:
         self.base = base

@@ -104,11 +104,7 @@ class SequenceRecipe(DetachmentRecipe):
         ]
 
     def _summary(self, about: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Return inputs and size of the networks, and the course of their training.
-
-        Args:
-            about: facts about the fits, in the order of folds and repeats.
-        """
+        """Return inputs and size of the networks, and the course of their training."""
         features, settings = self.inputs.features, self.inputs.settings
         return {
             "features": list(features),
