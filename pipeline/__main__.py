@@ -1,7 +1,5 @@
 """Run the command `python -m pipeline <verb> ...`: verbs of the library and of the dissertation."""
 
-from __future__ import annotations
-
 import os
 import platform
 from pathlib import Path
@@ -19,19 +17,8 @@ EXECUTIONS = Path("data") / "executions"
 
 #: Packages whose version can change a number, a figure or a time.
 PACKAGES = (
-    "dvc",
-    "hydra-core",
-    "matplotlib",
-    "mujoco",
-    "numba",
-    "numpy",
-    "pandas",
-    "pyarrow",
-    "scikit-learn",
-    "scipy",
-    "shap",
-    "sympy",
-    "torch",
+    *("dvc", "hydra-core", "matplotlib", "mujoco", "numba", "numpy", "pandas"),
+    *("pyarrow", "scikit-learn", "scipy", "shap", "sympy", "torch"),
 )
 
 

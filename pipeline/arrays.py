@@ -1,7 +1,5 @@
 """Kinds of numpy arrays, by the names that all annotations use."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

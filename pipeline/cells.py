@@ -6,8 +6,6 @@ for the entry chosen. Each process loads its libraries once. Commands are indepe
     python -m pipeline.cells evaluate model=@models fits=data/fits/{model} out=data/predictions/{model}
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

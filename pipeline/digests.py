@@ -9,8 +9,6 @@ The stage `code` of dvc.yaml writes them, every other stage depends on some of t
 Comments and docstrings are not part of a digest, and neither is the layout of a file.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import json
@@ -139,9 +137,7 @@ def _digest(content: bytes) -> str:
 
 @cache
 def data_files(module: str) -> tuple[Path, ...]:
-    """Return the data files that a module may read: if it names `__file__`, all files beside it except Python
-    files.
-    """
+    """Return what a module may read: if it names `__file__`, all files beside it but Python files."""
     file = source(module)
     assert file is not None, module
     if b"__file__" not in file.read_bytes():

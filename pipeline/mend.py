@@ -4,8 +4,6 @@ DVC writes its lock files in place, so that a kill can leave an incomplete file,
 file in its cache without reading it. Only the layout that DVC documents is used here.
 """
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Determine the revision of the code that made a result."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reference runs that an explanation compares with (the background set of section 5.5.1)."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -6,8 +6,6 @@ k in one sweep; backward propagation needs one sweep per step k. Both are the sa
 multiplied from either end.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +25,7 @@ PART = 32
 
 @one_thread()
 def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
-    """Attribute the output of every run and step to its features and settings, relative to the background's
-    mean.
+    """Attribute the output of every run and step to its inputs, relative to the background's mean.
 
     At step k the background is B_k of `shares_of_references`. The computing time grows with runs x steps x
     references x features.
@@ -54,20 +51,15 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
 
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
-    """Return the contributions Phi_{i,k} relative to each reference.
-
-    Gives (steps, references, n_tau + n_q) in m.
-    """
+    """Return contributions Phi_{i,k} relative to each reference, (steps, references, n_tau + n_q), m."""
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
     of_features = (to_state * m.state[:, :, None]).sum(-1)
     return torch.cat([of_features, m.settings * (x.q - r.q)], -1)
 
 
-def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
-    """Return the contributions of `difference`, shape (steps, references, n_tau), to s, shape (steps,
-    references, n_tau, n_s).
-    """
+def _to_states(network: Recurrent, m: "Multipliers", difference: Tensor) -> Tensor:
+    """Return the contributions of `difference` (steps, references, n_tau) to s, one more axis n_s."""
     steps, references, features = difference.shape
     n = network.size
     s = difference.new_zeros((steps, references * features, n))
@@ -91,20 +83,13 @@ class Multipliers:
     dz = (i, f, o, g) is the difference of the inputs of the gates; gates * dz has the parts i, f, o and g.
     Then dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, and d output = state . ds_k + settings .
     dq.
-
-    Attributes:
-        gates: weights of the inputs of the gates, shape (steps, references, 4 n_s).
-        keep: weights of the last cell state in the new cell state, shape (steps, references, n_s).
-        show: weights of the cell state in the hidden state, shape (steps, references, n_s).
-        state: weights of the hidden state in the output, m, shape (steps, references, n_s).
-        settings: weights of the settings in the output, m per unit of the setting, shape (steps, references,
-            n_q).
     """
 
-    gates: Tensor
-    keep: Tensor
-    show: Tensor
-    state: Tensor
+    gates: Tensor  # (steps, references, 4 n_s), weights of the inputs of the gates
+    keep: Tensor  # (steps, references, n_s), weights of the last cell state in the new cell state
+    show: Tensor  # (steps, references, n_s), weights of the cell state in the hidden state
+    state: Tensor  # (steps, references, n_s), weights of the hidden state in the output, m
+    #: (steps, references, n_q), weights of the settings in the output, m per unit of the setting
     settings: Tensor
 
 

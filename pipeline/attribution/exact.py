@@ -5,8 +5,6 @@ reference, and the value of a coalition is the mean over the background. This is
 eq. 5.21, which DeepSHAP approximates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import comb
@@ -59,11 +57,9 @@ def exact_shapley(
 
 
 def shapley_weights(players: int) -> Tensor:
-    """Return the weight of every coalition's value in the Shapley value of each player.
+    """Return the weight (players, 2^players) of every coalition's value in the Shapley value of each player.
 
     Player i is in coalition S if bit i of S is set.
-
-    Gives (players, 2^players).
     """
     member = _coalitions(players)
     size = member.sum(1)
@@ -74,20 +70,14 @@ def shapley_weights(players: int) -> Tensor:
 
 @dataclass(frozen=True)
 class _Players:
-    """Players of the game: signals first, then settings.
-
-    Attributes:
-        names: names of the players.
-        signals: whether each feature belongs to a player, shape (players of signals, n_tau).
-        settings: whether each setting belongs to a player, shape (players of settings, n_q).
-    """
+    """Players of the game: signals first, then settings."""
 
     names: tuple[str, ...]
-    signals: Tensor
-    settings: Tensor
+    signals: Tensor  # (players of signals, n_tau), whether a feature belongs to a player
+    settings: Tensor  # (players of settings, n_q), whether a setting belongs to a player
 
     @classmethod
-    def of(cls, inputs: SequenceInputs, groups: Mapping[str, Sequence[str]] | None) -> _Players:
+    def of(cls, inputs: SequenceInputs, groups: Mapping[str, Sequence[str]] | None) -> "_Players":
         names = (*inputs.features, *inputs.settings)
         found = positions(names, groups if groups is not None else {name: (name,) for name in names})
         if len(found) > MOST_PLAYERS:

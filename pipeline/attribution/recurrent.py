@@ -1,7 +1,5 @@
 """The detachment network as matrices in double precision, with its states step by step."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,29 +13,18 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Trace:
-    """Intermediate results of the network along runs; the first axis is time.
+    """Intermediate results of the network along runs; the first axis is time."""
 
-    Attributes:
-        tau: features in SI units, shape (steps, runs, n_tau).
-        q: settings in SI units, shape (runs, n_q).
-        z: inputs of the gates, in the order input, forget, output, candidate, shape (steps, runs, 4 n_s).
-        a: outputs of the gates, in the same order, shape (steps, runs, 4 n_s).
-        c: cell states, starting with c_0 = 0, shape (steps + 1, runs, n_s).
-        s: hidden states, starting with s_1, shape (steps, runs, n_s).
-        hidden: inputs of the ReLU units, shape (steps, runs, n_eta).
-        output: detachment eps, m, shape (steps, runs).
-    """
+    tau: Tensor  # (steps, runs, n_tau), features in SI units
+    q: Tensor  # (runs, n_q), settings in SI units
+    z: Tensor  # (steps, runs, 4 n_s), inputs of the gates, in the order input, forget, output, candidate
+    a: Tensor  # (steps, runs, 4 n_s), outputs of the gates, in the same order
+    c: Tensor  # (steps + 1, runs, n_s), cell states, starting with c_0 = 0
+    s: Tensor  # (steps, runs, n_s), hidden states, starting with s_1
+    hidden: Tensor  # (steps, runs, n_eta), inputs of the ReLU units
+    output: Tensor  # (steps, runs), detachment eps, m
 
-    tau: Tensor
-    q: Tensor
-    z: Tensor
-    a: Tensor
-    c: Tensor
-    s: Tensor
-    hidden: Tensor
-    output: Tensor
-
-    def until(self, steps: int) -> Trace:
+    def until(self, steps: int) -> "Trace":
         """Return the first steps."""
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
@@ -45,37 +32,25 @@ class Trace:
 
 @dataclass(frozen=True)
 class Recurrent:
-    """Network R of eq. 5.7 as matrices in double precision, with inputs and output in SI units, without
-    dropout.
+    """Network R of eq. 5.7 as matrices in double precision, inputs and output in SI units, without dropout.
 
-    The standardisation of the inputs is part of the first layers, and the scale of the output is part of the
-    last layer. Both are linear, so that attributions do not change.
-
-    Attributes:
-        inputs: names of the features and settings.
-        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, shape (n_tau, 4 n_s), ordered as in
-            `Trace`.
-        W_s: weights of the hidden state in the gates, shape (n_s, 4 n_s).
-        b: biases of the gates, shape (4 n_s,).
-        W5_s: weights of the hidden state in the head of eq. 5.12, shape (n_s, n_eta).
-        W5_q: weights of the settings in the head, shape (n_q, n_eta).
-        b5: biases of the head, shape (n_eta,).
-        W6: weights of the ReLU units in the output, m, shape (n_eta,).
-        b6: bias of the output, m, scalar.
+    The first layers contain the standardisation of the inputs, the last one the scale of the output. Both are
+    linear, so that attributions do not change.
     """
 
     inputs: SequenceInputs
+    #: (n_tau, 4 n_s), weights of the features in the gates of eq. 5.8 to 5.11, ordered as in `Trace`
     W_tau: Tensor
-    W_s: Tensor
-    b: Tensor
-    W5_s: Tensor
-    W5_q: Tensor
-    b5: Tensor
-    W6: Tensor
-    b6: Tensor
+    W_s: Tensor  # (n_s, 4 n_s), weights of the hidden state in the gates
+    b: Tensor  # (4 n_s,), biases of the gates
+    W5_s: Tensor  # (n_s, n_eta), weights of the hidden state in the head of eq. 5.12
+    W5_q: Tensor  # (n_q, n_eta), weights of the settings in the head
+    b5: Tensor  # (n_eta,), biases of the head
+    W6: Tensor  # (n_eta,), weights of the ReLU units in the output, m
+    b6: Tensor  # bias of the output, m, scalar
 
     @classmethod
-    def of(cls, network: DetachmentNetwork) -> Recurrent:
+    def of(cls, network: DetachmentNetwork) -> "Recurrent":
         """Convert a network, on the CPU."""
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]
@@ -103,10 +78,7 @@ class Recurrent:
         return len(self.W_s)
 
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Advance the network by one step.
-
-        Takes tau (runs, n_tau), s (runs, n_s), c (runs, n_s); gives (runs, 4 n_s) and (runs, n_s).
-        """
+        """Advance tau (runs, n_tau), s, c (runs, n_s) by a step; gives z (runs, 4 n_s) and c (runs, n_s)."""
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
         a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
@@ -132,25 +104,16 @@ class Recurrent:
         return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
 
     def settings(self, q: Tensor) -> Tensor:
-        """Return the contribution of the settings to the inputs of the ReLU units, including the bias.
-
-        Takes q (..., n_q); gives (..., n_eta).
-        """
+        """Return what settings (..., n_q) give the ReLU units (..., n_eta), including the bias."""
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
-        """Return the detachment eps for given inputs of the ReLU units.
-
-        Takes hidden (..., n_eta); gives (...,) in m.
-        """
+        """Return the detachment eps (...,), m, for given inputs (..., n_eta) of the ReLU units."""
         return hidden.relu() @ self.W6 + self.b6
 
 
 def check_output(output: Tensor, runs: Sequences) -> None:
-    """Refuse an output that is not finite before the end of a run.
-
-    Takes output (steps, runs).
-    """
+    """Refuse an output that is not finite before the end of a run. Takes output (steps, runs)."""
     ended = np.arange(1, len(output) + 1)[:, None] > runs.lengths
     wrong = np.argwhere(~(output.isfinite().numpy() | ended).T)
     if len(wrong):

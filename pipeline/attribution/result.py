@@ -1,7 +1,5 @@
 """Attributions of predictions to inputs, and to groups of inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -41,34 +39,22 @@ def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[s
 
 @dataclass(frozen=True)
 class Attribution:
-    """Contribution of every input to the prediction of one run, eq. 5.13 and 5.22.
-
-    Attributes:
-        run: number of the experiment.
-        names: names of the features and settings, or of groups of them.
-        phi: contributions Phi_{i,k}, m, shape (names, steps).
-        base: mean output over the background Phi_{0,k}, m, shape (steps,).
-        output: output of the network, m, shape (steps,).
-    """
+    """Contribution of every input to the prediction of one run, eq. 5.13 and 5.22."""
 
     run: int
-    names: tuple[str, ...]
-    phi: Array
-    base: Array
-    output: Array
+    names: tuple[str, ...]  # features and settings, or groups of them
+    phi: Array  # (names, steps), contributions Phi_{i,k}, m
+    base: Array  # (steps,), mean output over the background Phi_{0,k}, m
+    output: Array  # (steps,), output of the network, m
 
     @property
     def error(self) -> Array:
-        """Absolute difference between the output and the sum of base and attributions, m, shape (steps,): the
-        local accuracy of eq. 5.17.
-        """
+        """Distance (steps,) of output and sum of base and attributions, m: local accuracy of eq. 5.17."""
         return np.asarray(np.abs(self.base + self.phi.sum(0) - self.output))
 
     @property
     def relative_error(self) -> float:
-        """Largest error divided by the largest difference between output and base; the largest error itself
-        if they are equal.
-        """
+        """Largest error divided by the largest |output - base|, or the error itself if they are equal."""
         scale = float(np.abs(self.output - self.base).max())
         return float(self.error.max()) / scale if scale else float(self.error.max())
 
@@ -77,7 +63,7 @@ class Attribution:
         """Sum of |Phi| over the steps, m, shape (names,)."""
         return np.asarray(np.abs(self.phi).sum(1))
 
-    def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
+    def grouped(self, groups: Mapping[str, Sequence[str]]) -> "Attribution":
         """Add up the attributions of every group."""
         members = positions(self.names, groups)
         phi = np.stack([self.phi[rows].sum(0) for rows in members.values()])
@@ -94,19 +80,12 @@ def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Spearman's rank correlations of two methods; nan if one method gives the same value everywhere.
+    """Spearman's rank correlations of two methods; nan if one method gives the same value everywhere."""
 
-    Attributes:
-        shares: correlation of the inputs' shares in every run, shape (runs,).
-        trajectories: correlation of Phi at all inputs and steps of every run, shape (runs,).
-        all_shares: correlation of the inputs' shares over all runs together.
-        all_trajectories: correlation of Phi over all runs together.
-    """
-
-    shares: Array
-    trajectories: Array
-    all_shares: float
-    all_trajectories: float
+    shares: Array  # (runs,), correlation of the inputs' shares in every run
+    trajectories: Array  # (runs,), correlation of Phi at all inputs and steps of every run
+    all_shares: float  # over all runs together
+    all_trajectories: float  # over all runs together
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:

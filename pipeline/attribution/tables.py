@@ -1,7 +1,5 @@
 """Choose runs to explain and runs to refer to, and tabulate attributions of chapter 5."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,29 +18,19 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Choice:
-    """Randomly chosen rows of the table of experiments.
+    """Randomly chosen rows of the table of experiments."""
 
-    Attributes:
-        runs: jump runs to explain, which were not trained on, shape (runs,).
-        references: contact runs that were trained on, the longest first, because every step of a run needs a
-            reference of this length, shape (references,).
-        exact_runs: subset of `runs` that is also explained exactly, shape (exact runs,).
-        exact_references: subset of `references` for the exact explanation, shape (exact references,).
-    """
-
-    runs: Indices
+    runs: Indices  # (runs,), jump runs to explain, which were not trained on
+    #: (references,), contact runs that were trained on, the longest first: no run has steps without reference
     references: Indices
-    exact_runs: Indices
-    exact_references: Indices
+    exact_runs: Indices  # (exact runs,), subset of `runs` that is also explained exactly
+    exact_references: Indices  # (exact references,), subset of `references` for the exact explanation
 
     @classmethod
     def of(
         cls, experiments: pd.DataFrame, train: Indices, test: Indices, sizes: Mapping[str, Any], seed: int
-    ) -> Choice:
-        """Draw runs and references.
-
-        Takes train (training experiments,), test (test experiments,).
-        """
+    ) -> "Choice":
+        """Draw runs and references. Takes train (training experiments,), test (test experiments,)."""
         label = experiments["label"].to_numpy()
         jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]
         for name, rows in (("jump run among the test runs", jumps), ("contact run to refer to", contact)):

@@ -1,7 +1,5 @@
 """Simulate the detachment of the follower from the measured motion of the cam, without a network."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -27,25 +25,14 @@ STEP = 5e-4
 
 @dataclass(frozen=True)
 class BounceParameters:
-    """Parameters of the bounce simulation that are identified; all are positive.
+    """Parameters of the bounce simulation that are identified; all are positive."""
 
-    Attributes:
-        restitution: coefficient of restitution e: speed after divided by speed before an impact on the cam,
-            at most 1.
-        contact_compliance: compliance of the contact between roller and cam, m/N.
-        shaft_compliance: torsional compliance between encoder and cam, rad/(N m).
-        guide_coulomb: Coulomb friction b_0 of the guide, N (eq. 5.3).
-        guide_viscous: viscous friction b_1 of the guide, N s/m (eq. 5.3).
-
-    Raises:
-        BadInput: when a parameter is not positive, or the restitution is larger than 1.
-    """
-
+    #: Coefficient of restitution e: speed after divided by speed before an impact on the cam, at most 1
     restitution: float
-    contact_compliance: float
-    shaft_compliance: float
-    guide_coulomb: float
-    guide_viscous: float
+    contact_compliance: float  # compliance of the contact between roller and cam, m/N
+    shaft_compliance: float  # torsional compliance between encoder and cam, rad/(N m)
+    guide_coulomb: float  # Coulomb friction b_0 of the guide, N (eq. 5.3)
+    guide_viscous: float  # viscous friction b_1 of the guide, N s/m (eq. 5.3)
 
     def __post_init__(self) -> None:
         for name, value in asdict(self).items():
@@ -59,7 +46,7 @@ class BounceParameters:
         write_json(path, asdict(self))
 
     @classmethod
-    def read(cls, path: Path) -> BounceParameters:
+    def read(cls, path: Path) -> "BounceParameters":
         """Read parameters that `write` wrote."""
         content, names = read_json(path), [f.name for f in fields(cls)]
         if not isinstance(content, dict) or set(content) != set(names):
@@ -71,36 +58,24 @@ class BounceParameters:
 
 
 class Bounce(NamedTuple):
-    """Result of a simulation.
+    """Result of a simulation."""
 
-    Attributes:
-        eps: detachment of the follower from the cam, m, shape (samples,).
-        contact: share of the simulations of an ensemble in which the cam carries the follower, 0 to 1, shape
-            (samples,).
-    """
-
-    eps: Array
+    eps: Array  # (samples,), detachment of the follower from the cam, m
+    #: (samples,), share of the simulations of an ensemble in which the cam carries the follower, 0 to 1
     contact: Array
 
 
 @dataclass(frozen=True)
 class CamMotion:
-    """Measured motion of the cams in several runs, continuous in time.
-
-    Attributes:
-        motion: angle polynomials, cam curves and masses in the form of the kernel.
-        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
-        period: sampling period, s.
-        gravity: gravitational acceleration, m/s^2.
-    """
+    """Measured motion of the cams in several runs, continuous in time."""
 
     motion: Motion
-    offsets: Indices
-    period: float
-    gravity: float
+    offsets: Indices  # (runs + 1,), first samples of the runs, and the number of all samples
+    period: float  # s
+    gravity: float  # m/s^2
 
     @classmethod
-    def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> CamMotion:
+    def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> "CamMotion":
         """Interpolate the angle of the cam in measured runs by cubic splines.
 
         Only the given runs are read. With 100 Hz sampling, this predicts the detachment as well as with the
@@ -134,10 +109,7 @@ class CamMotion:
         return len(self.offsets) - 1
 
     def cam_at(self, run: Indices, piece: Indices) -> tuple[Array, Array]:
-        """Return height and speed of the cam at the start of intervals.
-
-        Takes run (n,), piece (n,); gives (n,).
-        """
+        """Return height and speed (n,) of the cam at the start of intervals, of run (n,) and piece (n,)."""
         *_, omega, theta = self.motion.pieces[piece].T
         h, dh = on_cams(self.motion.curves, self.motion.cam[run], theta).T
         return h, dh * omega
@@ -186,10 +158,7 @@ def _period(runs: list[int], clocks: list[Array]) -> float:
 
 
 def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
-    """Refuse a signal with samples that are not finite numbers.
-
-    Takes values (samples,).
-    """
+    """Refuse a signal with samples that are not finite numbers. Takes values (samples,)."""
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
         raise BadInput(f"experiment {run}: {name} is not a finite number at sample {wrong[0]}")

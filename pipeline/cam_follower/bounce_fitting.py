@@ -1,8 +1,6 @@
 """Identify the parameters of the bounce simulation from training runs."""
 
-from __future__ import annotations
-
-from dataclasses import fields
+from dataclasses import asdict
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -47,13 +45,9 @@ def fit_bounce(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> Bou
     def error(logarithms: Array) -> Array:
         return np.asarray((cams.simulate(_parameters(logarithms), stretches).eps - target) / ASTRAY)
 
-    lowest, start, highest = (np.log(_values(p)) for p in (LOWEST, START, HIGHEST))
+    lowest, start, highest = (np.log([*asdict(p).values()]) for p in (LOWEST, START, HIGHEST))
     best = least_squares(error, start, bounds=(lowest, highest), loss="soft_l1", diff_step=1e-3)
     return _parameters(best.x)
-
-
-def _values(parameters: BounceParameters) -> Array:
-    return np.array([getattr(parameters, f.name) for f in fields(parameters)])
 
 
 def _parameters(logarithms: Array) -> BounceParameters:

@@ -5,8 +5,6 @@ returns only a part of the energy of an impact. The spring force is continuous w
 so that integration steps need not end there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -45,51 +43,29 @@ class Law(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Measured motion of the cams of several runs.
+    """Measured motion of the cams of several runs."""
 
-    Attributes:
-        pieces: cubic polynomials of the angle (rad) over the time (s) since the start of an interval, highest
-            power first, shape (intervals, 4).
-        curves: displacement h (m) and derivative h' (m/rad) of every cam over one turn, shape (cams, 2, n).
-        cam: number of the cam of every run, shape (runs,).
-        mass: mass of the follower in every run, kg, shape (runs,).
-    """
-
+    #: (intervals, 4), cubics of the angle (rad) over the time (s) in an interval, highest power first
     pieces: Array
-    curves: Array
-    cam: Indices
-    mass: Array
+    curves: Array  # (cams, 2, n), displacement h (m) and derivative h' (m/rad) of every cam over one turn
+    cam: Indices  # (runs,), number of the cam of every run
+    mass: Array  # (runs,), mass of the follower in every run, kg
 
 
 class Stretches(NamedTuple):
-    """Parts of runs to simulate, one entry per stretch.
-
-    The follower starts at `height` (m) with `speed` (m/s). The `steps` + 1 samples of a stretch are written
-    from `first` on. All arrays are (stretches,).
-
-    Attributes:
-        run: number of the run, shape (stretches,).
-        piece: number of the polynomial of the first interval, shape (stretches,).
-        steps: number of intervals, shape (stretches,).
-        height: height of the follower at the start, m, shape (stretches,).
-        speed: speed of the follower at the start, m/s, shape (stretches,).
-        first: index of the first of the `steps` + 1 result samples, shape (stretches,).
-    """
+    """Parts of runs to simulate; all arrays are (stretches,)."""
 
     run: Indices
-    piece: Indices
-    steps: Indices
-    height: Array
-    speed: Array
-    first: Indices
+    piece: Indices  # number of the polynomial of the first interval
+    steps: Indices  # number of intervals
+    height: Array  # at the start, m
+    speed: Array  # at the start, m/s
+    first: Indices  # index of the first of the `steps` + 1 result samples
 
 
 @kept()
 def on_cam(curve: Array, angle: float) -> tuple[float, float]:
-    """Interpolate displacement and derivative of a cam at an angle.
-
-    Takes curve (2, n), angle in rad; gives a value in m/rad.
-    """
+    """Interpolate displacement (m) and derivative (m/rad) of a cam, from curve (2, n), at an angle (rad)."""
     n = curve.shape[1]
     x = angle * n / TURN
     i = int(np.floor(x))
@@ -101,10 +77,7 @@ def on_cam(curve: Array, angle: float) -> tuple[float, float]:
 
 @kept()
 def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
-    """Interpolate displacement and derivative of several cams, each at its own angle.
-
-    Takes curves (cams, 2, m), cam (n,), angle (n,) in rad; gives (n, 2) in m/rad.
-    """
+    """Interpolate `curves` (cams, 2, m) for cam (n,), each at its own angle (n,), rad; gives (n, 2)."""
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
         out[k, 0], out[k, 1] = on_cam(curves[cam[k]], angle[k])
@@ -152,10 +125,7 @@ def _acceleration(y, v, h, dh, omega, m, law):  # type: ignore[no-untyped-def]
 def bounced(
     motion: Motion, stretches: Any, law: Law, period: float, substeps: int, eps: Array, force: Array
 ) -> None:
-    """Write the detachment eps (m) and the contact force (N) at the ends of the intervals.
-
-    Takes period in s, eps (samples,), force (samples,) in N.
-    """
+    """Write the detachment eps (samples,), m, and the contact force, N, at the ends of the intervals."""
     t = period / substeps
     for k in range(len(stretches.run)):
         run, begin, out = stretches.run[k], stretches.piece[k], stretches.first[k]

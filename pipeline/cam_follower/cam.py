@@ -1,7 +1,5 @@
 """Geometry of a disc cam with a cycloidal law and a translating roller follower (sections 5.2.1, 5.7)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,10 +11,7 @@ TURN = 2.0 * np.pi
 
 
 def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Array]:
-    """Return the cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
-
-    Takes phi (any shape) in rad, H in m; gives (shape of `phi`).
-    """
+    """Return the cycloidal displacement without dwell, eq. 5.1, and three derivatives by phi (n,)."""
     phi = np.mod(phi, TURN)
     rise = phi <= beta
     span = np.where(rise, beta, TURN - beta)
@@ -33,19 +28,12 @@ def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Arr
 
 @dataclass(frozen=True)
 class Cam:
-    """Geometry of one cam with its roller follower.
+    """Geometry of one cam with its roller follower."""
 
-    Attributes:
-        H: stroke, m.
-        beta: angle of the rise, rad.
-        base_radius: base radius r_b, m.
-        roller_radius: radius r_f of the roller, m; zero for a knife-edge follower.
-    """
-
-    H: float
-    beta: float
-    base_radius: float = 0.02
-    roller_radius: float = 0.008
+    H: float  # stroke, m
+    beta: float  # angle of the rise, rad
+    base_radius: float = 0.02  # base radius r_b, m
+    roller_radius: float = 0.008  # radius r_f of the roller, m; zero for a knife-edge follower
 
     @property
     def prime_radius(self) -> float:
@@ -53,10 +41,7 @@ class Cam:
         return self.base_radius + self.roller_radius
 
     def curvature_radius(self, phi: Array) -> Array:
-        """Return the radius of curvature of the cam's perimeter, eq. 5.27.
-
-        Takes phi (any shape) in rad; gives (shape of `phi`).
-        """
+        """Return the radius of curvature of the cam's perimeter, eq. 5.27, at phi (any shape) in rad."""
         h, d, dd, _ = cycloid(phi, self.H, self.beta)
         r = self.base_radius + h
         return (r**2 + d**2) ** 1.5 / (r**2 + 2.0 * d**2 - dd * r)
@@ -91,11 +76,9 @@ class Cam:
         return bool(np.any(self._pitch(phi)[4] <= 0.0))
 
     def pitch_curve(self, n: int = 3600) -> Array:
-        """Tabulate the displacement of the follower over one turn of the cam.
+        """Tabulate the displacement of the follower over one turn of the cam, (3, n).
 
         Where the cam is undercut, the roller rests on the outer branch of the pitch curve.
-
-        Gives (3, n).
         """
         phi = np.linspace(-np.pi, 3.0 * np.pi, 16 * n + 1)
         psi, *values, dpsi = self._pitch(phi)
@@ -111,24 +94,16 @@ class Cam:
         return np.asarray(branches[outer, :, np.arange(n)].T)
 
     def theoretical_curve(self, n: int = 3600) -> Array:
-        """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10.
-
-        Gives (3, n).
-        """
+        """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10. Gives (3, n)."""
         return np.stack(cycloid(np.arange(n) * TURN / n, self.H, self.beta)[:3])
 
     def pressure_angle(self, n: int = 3600) -> Array:
-        """Tabulate the pressure angle over one turn, eq. 5.28.
-
-        Gives (n,) in rad.
-        """
+        """Tabulate the pressure angle over one turn, eq. 5.28. Gives (n,) in rad."""
         h, d, _ = self.pitch_curve(n)
         return np.asarray(np.arctan(d / (self.prime_radius + h)))
 
     def extremes(self) -> tuple[float, float]:
-        """Return the smallest radius of curvature, in radii of the roller, and the largest pressure angle,
-        rad.
-        """
+        """Return the smallest radius of curvature, in roller radii, and the largest pressure angle, rad."""
         curvature = np.abs(self.curvature_radius(np.linspace(0.0, TURN, 20_001))).min()
         return float(curvature / self.roller_radius), float(self.pressure_angle().max())
 

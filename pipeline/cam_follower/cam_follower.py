@@ -4,8 +4,6 @@
 these expressions. The bench of the dissertation has no return spring (k = 0).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import sympy as sp
@@ -34,10 +32,7 @@ FOLLOWER_CREEP, SHAFT_CREEP = 0.01, 0.2
 
 
 def guide_friction(speed: sp.Expr, sign: sp.Expr) -> sp.Expr:
-    """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2.
-
-    Takes speed in m/s.
-    """
+    """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2. Takes speed in m/s."""
     return b0 * sign + b1 * speed
 
 

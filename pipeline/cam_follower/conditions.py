@@ -1,7 +1,5 @@
 """Properties of an experiment that are known in advance: operating point and cam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
@@ -17,41 +15,26 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating points, one entry per experiment.
+    """Operating points; all fields have one shape, (experiments,) or any other."""
 
-    Attributes:
-        V: motor voltage, V, shape (experiments,) or any other shape that all attributes share.
-        m: mass of the follower, kg, same shape.
-        H: stroke, m, same shape.
-        beta: angle of the rise, rad, same shape.
-        cam: number of the cam in the `CamTable`, int64, same shape.
-        J_c: inertia of the cam plate, kg m^2, same shape.
-        S_x: imbalance of the cam plate along x, N m, same shape.
-        S_y: imbalance of the cam plate along y, N m, same shape.
-    """
+    V: Tensor  # motor voltage, V
+    m: Tensor  # mass of the follower, kg
+    H: Tensor  # stroke, m
+    beta: Tensor  # angle of the rise, rad
+    cam: Tensor  # number of the cam in the `CamTable`, int64
+    J_c: Tensor  # inertia of the cam plate, kg m^2
+    S_x: Tensor  # imbalance of the cam plate along x, N m
+    S_y: Tensor  # the same along y, N m
 
-    V: Tensor
-    m: Tensor
-    H: Tensor
-    beta: Tensor
-    cam: Tensor
-    J_c: Tensor
-    S_x: Tensor
-    S_y: Tensor
-
-    def __getitem__(self, index: Tensor) -> Conditions:
+    def __getitem__(self, index: Tensor) -> "Conditions":
         """The conditions of the experiments `index` (any shape, int64)."""
         return Conditions(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
 class CamTable(nn.Module):
-    """Derivatives of the displacement of all cams, looked up by cam and angle.
+    """Derivatives of the displacement of all cams, looked up by cam and angle."""
 
-    Args:
-        curves: first (m/rad) and second derivative (m/rad^2) of the displacement over one turn, shape (cams,
-            2, n).
-    """
-
+    #: (cams, 2, n), first (m/rad) and second derivative (m/rad^2) over one turn; here one row per angle
     curves: Tensor
 
     def __init__(self, curves: Tensor) -> None:
@@ -63,10 +46,7 @@ class CamTable(nn.Module):
         self.n = n
 
     def forward(self, cam: Tensor, theta: Tensor) -> tuple[Tensor, Tensor]:
-        """Interpolate the derivatives of the displacement linearly.
-
-        Takes cam (any shape), theta (a shape that broadcasts with `cam`); gives (broadcast shape).
-        """
+        """Interpolate the derivatives of the displacement linearly; shapes of (cam, theta) broadcast."""
         x = theta * (self.n / TURN)
         floor = torch.floor(x)
         weight = (x - floor)[..., None]
@@ -78,27 +58,20 @@ class CamTable(nn.Module):
 
 @dataclass(frozen=True)
 class Bench:
-    """The mechanism with the cams of a campaign.
-
-    Attributes:
-        mechanism: constants of the bench.
-        cams: stroke (m) and angle of the rise (rad) of every cam, in the order of the tables' first axis.
-    """
+    """The mechanism with the cams of a campaign."""
 
     mechanism: CamFollower
+    #: Stroke (m) and angle of the rise (rad), in the order of the tables' first axis
     cams: tuple[tuple[float, float], ...]
 
     @classmethod
-    def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> Bench:
+    def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> "Bench":
         """Collect the cams of a table of experiments."""
         pairs = experiments[["H", "beta"]].drop_duplicates().sort_values(["H", "beta"])
         return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))
 
     def conditions(self, experiments: pd.DataFrame) -> Conditions:
-        """Return the operating points of experiments.
-
-        Gives (n,).
-        """
+        """Return the operating points of experiments; gives (n,)."""
         index = {pair: i for i, pair in enumerate(self.cams)}
         try:
             cam = [index[float(H), float(b)] for H, b in experiments[["H", "beta"]].to_numpy()]
@@ -112,10 +85,7 @@ class Bench:
 
     @lru_cache(maxsize=8)  # noqa: B019 - a bench is immutable and lives as long as the process
     def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        """Tabulate the derivatives of the displacement of all cams over one turn.
-
-        Gives (cams, 2, n).
-        """
+        """Tabulate the derivatives of the displacement of all cams over one turn; gives (cams, 2, n)."""
         cams = [self.mechanism.cam(*pair) for pair in self.cams]
         if kind not in ("pitch", "theoretical"):
             raise BadInput(f"curve must be pitch or theoretical, got {kind}")

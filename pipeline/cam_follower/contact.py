@@ -1,7 +1,5 @@
 """Compute the minimal contact force along simulations, for all design points at once (section 6.4.1)."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import torch
@@ -21,11 +19,7 @@ PRUNE = 25
 
 
 class ContactForce:
-    """Interface force of eq. 6.4 between the samples of a simulation, on the pitch curve.
-
-    Args:
-        bench: mechanism and cams.
-    """
+    """Interface force of eq. 6.4 between the samples of a simulation, on the pitch curve."""
 
     def __init__(self, bench: Bench) -> None:
         self.cams = CamTable(torch.tensor(bench.curves("pitch"), dtype=torch.float32))
@@ -36,10 +30,7 @@ class ContactForce:
     def minimum(
         self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions
     ) -> Tensor:
-        """Return the smallest force during one integration step.
-
-        Takes start (batch, runs), end (batch, runs), period in s, q (runs,); gives (batch, runs) in N.
-        """
+        """Return the smallest force (batch, runs), N, in one integration step between two states."""
         (a0, w0, k0), (a1, w1, k1) = start, end
         lowest = torch.full_like(a0, torch.inf)
         for i in range(DENSE):
@@ -67,9 +58,9 @@ def _acceleration(model: Dynamics, memory: Tensor, q: Conditions, theta: Tensor,
 def minimal_force(
     model: Dynamics, bench: Bench, start: tuple[Tensor, Tensor], q: Conditions, seconds: Tensor, period: float
 ) -> Tensor:
-    """Return the minimal contact force F_min-dagger of free runs, N, eq. 6.11.
+    """Return the minimal contact force F_min-dagger (batch, runs) of free runs, N, eq. 6.11.
 
-    Takes start (batch, runs), q (runs,), seconds (batch, runs) in s, period in s; gives (batch, runs) in N.
+    Takes start (batch, runs), q (runs,), seconds (batch, runs) in s, period in s.
     """
     contact = ContactForce(bench)
     h = period / model.substeps

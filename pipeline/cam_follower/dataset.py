@@ -1,7 +1,5 @@
 """Resampled trajectories of a campaign as tensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch
@@ -15,26 +13,17 @@ from unmodelled.base.campaign import Campaign
 
 @dataclass(frozen=True)
 class Dataset:
-    """Trajectories on one uniform clock, one experiment after the other.
-
-    Attributes:
-        bench: mechanism and cams.
-        theta: angle of the cam, rad, shape (samples,).
-        omega: speed of the cam, rad/s, shape (samples,).
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        conditions: operating points of shape (experiments,).
-        period: sampling period, s.
-    """
+    """Trajectories on one uniform clock, one experiment after the other."""
 
     bench: Bench
-    theta: Tensor
-    omega: Tensor
-    offsets: Tensor
-    conditions: Conditions
-    period: float
+    theta: Tensor  # (samples,), angle of the cam, rad
+    omega: Tensor  # (samples,), speed of the cam, rad/s
+    offsets: Tensor  # (experiments + 1,), first samples of the experiments, and the number of all samples
+    conditions: Conditions  # (experiments,)
+    period: float  # s
 
     @classmethod
-    def of(cls, campaign: Campaign, mechanism: CamFollower) -> Dataset:
+    def of(cls, campaign: Campaign, mechanism: CamFollower) -> "Dataset":
         """Convert a resampled campaign."""
         bench = Bench.of(mechanism, campaign.experiments)
         theta, omega = (torch.tensor(campaign.signals[k], dtype=torch.float32) for k in ("theta", "omega"))
@@ -54,23 +43,14 @@ class Dataset:
         return self.offsets.diff()
 
     def samples_of(self, runs: Indices) -> Tensor:
-        """Return the indices of all samples of some experiments.
-
-        Takes runs (runs,); gives (samples of these experiments,).
-        """
+        """Return the indices (samples,) of all samples of some experiments (runs,)."""
         return torch.cat([torch.arange(int(self.offsets[r]), int(self.offsets[r + 1])) for r in runs])
 
     def owner(self) -> Tensor:
-        """Return the number of the experiment of every sample.
-
-        Gives (samples,).
-        """
+        """Return the number of the experiment of every sample; gives (samples,)."""
         return torch.repeat_interleave(torch.arange(len(self.lengths)), self.lengths)
 
     def initial_state(self, runs: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the first measured angle and speed of experiments.
-
-        Takes runs (any shape); gives (shape of `runs`).
-        """
+        """Return the first measured angle and speed of experiments, in the shape of `runs` (any)."""
         first = self.offsets[runs]
         return self.theta[first], self.omega[first]

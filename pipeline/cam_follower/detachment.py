@@ -1,7 +1,5 @@
 """Models of the detachment of the follower, with the interface of all models."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,7 +30,7 @@ class Fitted(ABC):
         """Names of the folds."""
 
     @property
-    def parts(self) -> Mapping[str, Fitted]:
+    def parts(self) -> Mapping[str, "Fitted"]:
         """Models that this model builds on and that also predict alone, by name; default: none."""
         return {}
 

@@ -1,7 +1,5 @@
 """Base class of all models of the drivetrain."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 import torch
@@ -12,11 +10,7 @@ from pipeline.cam_follower.integrate import Method, rollout
 
 
 def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """Return the inputs d_BB: sine and cosine of the angle, speed, and the settings V, m, H and beta (section
-    6.4.3).
-
-    Takes theta (batch, runs) in rad, omega (batch, runs) in rad/s, q (runs,); gives (batch, runs, 7).
-    """
+    """Return d_BB: sin and cos of the angle, speed, V, m, H, beta (section 6.4.3), (batch, runs, 7)."""
     settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
     return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
 

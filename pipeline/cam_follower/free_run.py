@@ -1,7 +1,5 @@
 """Identify the motor drivetrain by free runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -29,26 +27,16 @@ UPPER = np.array([5e-2, 3.0, 1.0, 3.0, 1.0, 10.0])
 
 @dataclass(frozen=True)
 class Problem:
-    """Residuals of free runs over training experiments.
+    """Residuals of free runs over training experiments."""
 
-    Attributes:
-        arguments: arguments of the kernel after the parameters.
-        weight: square root of the share of every sample in the angle of its run, shape (runs, samples).
-        shape: shape of the residual, (runs, samples).
-        tolerance: root mean square error of a run, rad/s, above which its weight falls; a run with a false
-            stall is an example.
-    """
-
-    arguments: tuple[Any, ...]
-    weight: Array
-    shape: tuple[int, int]
+    arguments: tuple[Any, ...]  # of the kernel, after the parameters
+    weight: Array  # (runs, samples), square root of the share of every sample in the angle of its run
+    shape: tuple[int, int]  # of the residual, (runs, samples)
+    #: Root mean square error of a run, rad/s, above which its weight falls, as after a false stall
     tolerance: float
 
     def residual(self, x: Array) -> Array:
-        """Return the weighted residual, robust against runs with large errors.
-
-        Takes x (6,); gives (runs * samples,) in rad/s.
-        """
+        """Return the residual (runs * samples,), rad/s, robust against runs with large errors, at x (6,)."""
         out = np.zeros(self.shape)
         residual(physical(x), *(*self.arguments, out))
         out *= self.weight
@@ -60,10 +48,7 @@ class Problem:
 
 
 def physical(x: Array) -> Array:
-    """Convert parameters from the unit cube: logarithmic if both bounds are positive, otherwise linear.
-
-    Takes x (6,); gives (6,).
-    """
+    """Scale x (6,) from the unit cube: logarithmic if both bounds are positive, otherwise linear."""
     positive = LOWER > 0
     log = np.exp(
         np.log(np.where(positive, LOWER, 1.0)) * (1 - x) + np.log(np.where(positive, UPPER, 1.0)) * x
@@ -72,10 +57,7 @@ def physical(x: Array) -> Array:
 
 
 def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tolerance: float) -> Problem:
-    """Prepare the identification of a motor from measured experiments.
-
-    Takes runs (runs,), seconds in s.
-    """
+    """Prepare the identification of a motor from measured experiments. Takes runs (runs,), seconds in s."""
     longest = int(seconds / dataset.period)
     lengths = np.minimum(dataset.lengths.numpy()[runs], longest)
     shape = (len(runs), int(lengths.max()))
@@ -98,12 +80,10 @@ def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tole
 
 
 def identify(problem: Problem, first: Array, generator: np.random.Generator, starts: int) -> Array:
-    """Identify the parameters by least squares from the best of many starts.
+    """Identify the parameters (6,) by least squares from the best of many starts.
 
     A start that stalls every run has no gradient, and the screening of the starts excludes it. Random starts
     alone may end in a local minimum; the start from `regress` makes the identification reliable.
-
-    Takes first (6,); gives (6,).
     """
     cube = np.vstack([np.clip(unit(first), 0.02, 0.98), generator.random((starts, len(LOWER)))])
     start = min(cube, key=lambda x: float((problem.residual(x) ** 2).sum()))
@@ -114,11 +94,9 @@ def identify(problem: Problem, first: Array, generator: np.random.Generator, sta
 
 
 def regress(dataset: Dataset, runs: Indices) -> Array:
-    """Estimate first parameters by inverse dynamics: linear regression, with omega_s on a grid.
+    """Estimate first parameters (6,) by inverse dynamics: linear regression, with omega_s on a grid.
 
     The equation is solved for the voltage, which is free of noise.
-
-    Takes runs (runs,); gives (6,).
     """
     now = dataset.samples_of(runs)
     now = now[now + 1 < dataset.offsets[dataset.owner()[now] + 1]]
@@ -142,11 +120,7 @@ def regress(dataset: Dataset, runs: Indices) -> Array:
 
 @cache
 def known_effort() -> Callable[..., Array]:
-    """Generate the function for the torque that the known part of the drivetrain takes at a given
-    acceleration.
-
-    Gives (same shape).
-    """
+    """Generate the torque (samples,) that the known part of the drivetrain takes at an acceleration."""
     free = {physics.J: 0, physics.T_d: 0, physics.k_V: 0, physics.k_omega: 0, physics.T_c: 0, physics.T_s: 0}
     numerator, inertia = physics.MOTOR_ACCELERATION.subs(free).as_numer_denom()
     arguments = (physics.theta, physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
@@ -156,10 +130,7 @@ def known_effort() -> Callable[..., Array]:
 
 
 def unit(parameters: Array) -> Array:
-    """Convert parameters to the unit cube: the inverse of `physical`.
-
-    Takes parameters (6,); gives (6,).
-    """
+    """Convert parameters to the unit cube: the inverse of `physical`. Takes parameters (6,); gives (6,)."""
     positive = LOWER > 0
     low, high = np.where(positive, LOWER, 1.0), np.where(positive, UPPER, np.e)
     log = np.log(np.maximum(parameters, 1e-9) / low) / np.log(high / low)

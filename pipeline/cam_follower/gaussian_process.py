@@ -1,7 +1,5 @@
 """Gaussian process for the acceleration (section 2.5.3): fitted by scikit-learn, simulated as a stack."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 
@@ -24,6 +22,7 @@ from unmodelled.base.progress import track
 INPUTS = 7
 #: Bounds of length scales (standard deviations of an input), and of the variance of noise (of the targets).
 LENGTHS, NOISE = (1e-2, 1e3), (1e-4, 1.0)
+KERNEL = ConstantKernel(1.0) * RBF(np.ones(INPUTS), LENGTHS) + WhiteKernel(1e-2, NOISE)
 
 
 class GaussianProcess(Dynamics):
@@ -92,7 +91,7 @@ def fit(
         sampler, known = Sampler(dataset, [fold], generator), fold.tobytes()
         if known not in kernels:
             inputs, targets = _samples(dataset, sampler, spread[k], tuned_points)
-            kernels[known] = _process(inputs, _standard(targets)[0], _kernel(), "fmin_l_bfgs_b").kernel_
+            kernels[known] = _process(inputs, _standard(targets)[0], KERNEL, "fmin_l_bfgs_b").kernel_
         inputs, targets = _samples(dataset, sampler, spread[k], model.points)
         values, mean, size = _standard(targets)
         found = _process(inputs, values, kernels[known], None)
@@ -105,10 +104,6 @@ def fit(
         model.weights.data[k, :, 0] = torch.tensor(weights)
         model.mean.data[k] = mean
     return model
-
-
-def _kernel() -> Kernel:
-    return ConstantKernel(1.0) * RBF(np.ones(INPUTS), LENGTHS) + WhiteKernel(1e-2, NOISE)
 
 
 def _samples(dataset: Dataset, sampler: Sampler, spread: Tensor, points: int) -> tuple[Array, Array]:

@@ -1,7 +1,5 @@
 """Simulate held-out experiments with stacks of models."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,25 +26,17 @@ EXAMPLES = 6
 
 @dataclass(frozen=True)
 class Simulations:
-    """Results of free runs over held-out experiments.
+    """Results of free runs over held-out experiments."""
 
-    Attributes:
-        errors: table with the columns fold, repeat, exp, omega_mse (over the angle) and omega_mse_time, both
-            (rad/s)^2.
-        examples: table with the columns fold, exp, t (s), theta (rad) and omega (rad/s), of the first repeat.
-    """
-
+    #: Columns fold, repeat, exp, omega_mse (over the angle) and omega_mse_time, both (rad/s)^2
     errors: pd.DataFrame
-    examples: pd.DataFrame
+    examples: pd.DataFrame  # columns fold, exp, t (s), theta (rad) and omega (rad/s), of the first repeat
 
 
 def simulate_tests(
     model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices
 ) -> Simulations:
-    """Simulate the test experiments of every fold from their first measured state.
-
-    Takes exp (experiments,).
-    """
+    """Simulate the test experiments (runs,) of every fold from their first measured state."""
     errors, examples = [], []
     longest = max(len(fold.test) for fold in folds)
     ordered = [fold.test[np.argsort(dataset.lengths.numpy()[fold.test], kind="stable")] for fold in folds]
@@ -91,10 +81,7 @@ def _measured(dataset: Dataset, run: int) -> tuple[Array, Array]:
 
 
 def explore(model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: Indices) -> pd.DataFrame:
-    """Predict the minimal contact force at every setting of the campaign, from standstill.
-
-    Takes exp (experiments,).
-    """
+    """Predict the minimal contact force at every setting (experiments,) of the campaign, from standstill."""
     points = torch.arange(len(exp))
     rest = torch.zeros(model.batch, len(points))
     lowest = minimal_force(

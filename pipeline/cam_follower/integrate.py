@@ -1,7 +1,5 @@
 """Integrate a second-order system with fixed steps, for a batch of states."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal
 
@@ -19,11 +17,7 @@ SPEED_LIMIT = 200.0
 def step(
     acceleration: Acceleration, k1: Tensor, angle: Tensor, speed: Tensor, period: float, method: Method
 ) -> tuple[Tensor, Tensor]:
-    """Integrate one step.
-
-    Takes k1 (any shape) in rad/s^2, angle (same shape) in rad, speed (same shape) in rad/s, period in s;
-    gives (same shape).
-    """
+    """Integrate one step of `period` s; k1 (rad/s^2), angle (rad) and speed (rad/s) have one shape."""
     if method == "euler":
         return angle + period * speed, speed + period * k1
     half = 0.5 * period
@@ -38,21 +32,14 @@ def step(
 
 
 def limited(speed: Tensor) -> Tensor:
-    """Limit the speed of diverging simulations to `SPEED_LIMIT`; nan becomes the limit.
-
-    Takes speed (any shape) in rad/s; gives (same shape) in rad/s.
-    """
+    """Limit the speed (any shape) of diverging simulations to `SPEED_LIMIT`; nan becomes the limit."""
     return torch.nan_to_num(speed, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
 
 
 def rollout(
     react: Reaction, memory: Tensor, angle: Tensor, speed: Tensor, steps: int, period: float, method: Method
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Simulate a free run from an initial state.
-
-    Takes memory (any shape), angle (any shape) in rad, speed (same shape) in rad/s, period in s; gives (...,
-    steps + 1).
-    """
+    """Simulate a free run from an initial state of any shape; gives (..., steps + 1)."""
     angles, speeds, accelerations = [angle], [speed], []
     for _ in range(steps):
         k, after = react(memory, angle, speed)

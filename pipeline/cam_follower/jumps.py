@@ -1,7 +1,5 @@
 """Compare predicted with measured detachment run by run, and classify jumps (section 5.4.3)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,20 +22,15 @@ QUANTILES = {"jump": (0.25, 0.5, 0.75), "contact": (0.5,)}
 
 @dataclass(frozen=True)
 class Observed:
-    """Measured detachment of every run of a campaign.
+    """Measured detachment of every run of a campaign."""
 
-    Attributes:
-        experiments: table with one row per run, with the columns exp, label, H (m) and eps_share.
-        sequences: theta (rad), t (s) and eps (m), cut off and padded.
-        turns: samples of each full revolution of every run; all samples of a run without a full revolution.
-    """
-
-    experiments: pd.DataFrame
-    sequences: Sequences
+    experiments: pd.DataFrame  # one row per run, with the columns exp, label, H (m) and eps_share
+    sequences: Sequences  # theta (rad), t (s) and eps (m), cut off and padded
+    #: Samples of each full revolution of every run; all samples of a run without a full revolution
     turns: list[list[slice]]
 
     @classmethod
-    def of(cls, campaign: Campaign, samples: int) -> Observed:
+    def of(cls, campaign: Campaign, samples: int) -> "Observed":
         """Read the first samples of every run of a campaign."""
         sequences = Sequences.of(campaign, SequenceInputs(("theta", "t")), samples)
         lengths = sequences.lengths.tolist()
@@ -46,10 +39,7 @@ class Observed:
         return cls(campaign.experiments, sequences, turns)
 
     def mean_maximum(self, eps: Array) -> Array:
-        """Return the largest detachment per revolution, averaged over the revolutions of a run.
-
-        Takes eps (..., runs, steps) in m; gives (..., runs) in m.
-        """
+        """Return the largest eps (..., runs, steps) per revolution, averaged over a run's revolutions."""
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
             for i, turns in enumerate(self.turns)
@@ -57,20 +47,14 @@ class Observed:
         return np.stack(means, -1)
 
     def squared_error(self, eps: Array) -> Array:
-        """Return the mean squared error of a predicted detachment in every run.
-
-        Takes eps (..., runs, steps) in m; gives (..., runs).
-        """
+        """Return the mean squared error (..., runs) of a predicted detachment eps (..., runs, steps) in m."""
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
         return mean
 
 
 def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tables:
-    """Compare the predictions with the measured detachment in the test runs of one fold.
-
-    Takes eps (repeats, runs, steps) in m.
-    """
+    """Compare predicted eps (repeats, runs, steps), m, with the measured one in the test runs of a fold."""
     _check_finite(observed, fold, eps)
     # the median over repeats stands in front of the repeats
     every = np.concatenate([np.median(eps, axis=0, keepdims=True), eps])
@@ -119,10 +103,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 
 
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
-    """Choose the test runs that figures show, the same for every model.
-
-    Takes test (runs,).
-    """
+    """Choose the test runs that figures show, the same for every model. Takes test (runs,)."""
     rows = {}
     for label, quantiles in QUANTILES.items():
         own = test[(experiments["label"].to_numpy() == label)[test]]

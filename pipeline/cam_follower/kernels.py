@@ -1,7 +1,5 @@
 """Generate functions from symbolic equations: torch for gradients, numpy for tables, numba for loops."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Label experiments as stall, jump or contact (section 5.2.2)."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -11,30 +9,20 @@ from pipeline.cam_follower.cam import TURN
 
 
 def unwrapped(theta: Array) -> Array:
-    """Unwrap an angle; a start just below zero, logged as 2 pi, becomes negative.
-
-    Takes theta (n,) in rad; gives (n,) in rad.
-    """
+    """Unwrap an angle (n,), rad; a start just below zero, logged as 2 pi, becomes negative."""
     angle = np.unwrap(theta)
     return angle - TURN if angle[0] > np.pi else angle
 
 
 def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
-    """Return the samples of every full revolution, without the first one (start-up) and the last one
-    (incomplete).
-
-    Takes angle (n,) in rad.
-    """
+    """Return the samples of the full revolutions of angle (n,), rad, without first and last one."""
     turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
     edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
 def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
-    """Return the maximum or minimum of a signal per revolution, averaged over the full revolutions.
-
-    Takes angle (n,) in rad, signal (n,).
-    """
+    """Return the maximum or minimum of a signal (n,) per full revolution, averaged over them."""
     extreme = np.max if largest else np.min
     values = [extreme(signal[turn]) for turn in full_revolutions(angle)]
     return float(np.mean(values)) if values else float("nan")

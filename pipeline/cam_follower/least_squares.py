@@ -1,7 +1,5 @@
 """Fit the linear model in closed form."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import torch

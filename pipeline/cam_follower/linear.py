@@ -1,7 +1,5 @@
 """Linear least squares on the inputs of the black-box model: the baseline of section 6.4.5."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 

@@ -1,7 +1,5 @@
 """The recurrent network that predicts the detachment of the follower (section 5.4.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from torch import Generator, Tensor, nn
@@ -15,19 +13,11 @@ CHUNK = 256
 
 
 class DetachmentNetwork(nn.Module):
-    """Network R of eq. 5.7: an LSTM reads tau, and a ReLU network maps its output and q_s to eps (eq. 5.8 to
-    5.12).
+    """Network R of eq. 5.7: an LSTM reads tau, a ReLU network maps its output and q_s to eps (eq. 5.8-5.12).
 
-    Inputs are standardised and the output is scaled with statistics of the training runs. The statistics
-    belong to the network: `forward` takes and returns SI units, `scaled` standardised values. A new network
-    has mean 0 and scale 1.
-
-    Args:
-        inputs: names of the features and settings.
-        hidden: size n_s of the LSTM's state; default 32.
-        head: number n_eta of hidden units of the ReLU network; default 32.
-        dropout: probability that training ignores a hidden unit of the ReLU network; default 0.05.
-        generator: random generator of the initial weights; default: torch's own.
+    Inputs are standardised and the output is scaled with statistics of the training runs, which belong to the
+    network: `forward` takes and returns SI units, `scaled` standardised values. `hidden` and `head` are n_s
+    and n_eta; `dropout` acts on the ReLU units. All arrays are (inputs,) or scalars.
     """
 
     feature_mean: Tensor
@@ -83,10 +73,7 @@ class DetachmentNetwork(nn.Module):
         self.target_scale.fill_(float(_spread(training.target[training.mask])))
 
     def scaled(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Return the scaled output for standardised inputs.
-
-        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps).
-        """
+        """Return scaled outputs (runs, steps); tau (runs, steps, features), q (runs, settings)."""
         states: Tensor = self.lstm(tau)[0]
         settings = q[:, None, :].expand(-1, states.shape[1], -1)
         hidden = self.head(torch.cat([states, settings], -1)).relu()
@@ -94,19 +81,13 @@ class DetachmentNetwork(nn.Module):
         return output[..., 0]
 
     def forward(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Return the detachment eps.
-
-        Takes tau (runs, steps, features), q (runs, settings); gives (runs, steps) in m.
-        """
+        """Return eps (runs, steps), m, for tau (runs, steps, features) and q (runs, settings)."""
         tau = (tau - self.feature_mean) / self.feature_scale
         return self.scaled(tau, (q - self.setting_mean) / self.setting_scale) * self.target_scale
 
     @torch.no_grad()
     def predict(self, sequences: Sequences) -> Array:
-        """Predict the detachment eps of runs, without dropout.
-
-        Gives (runs, steps) in m.
-        """
+        """Predict the detachment eps of runs, without dropout; gives (runs, steps) in m."""
         if sequences.inputs != self.inputs:
             raise BadInput(f"the network reads {_listed(self.inputs)}, got {_listed(sequences.inputs)}")
         training, kind = self.training, self.output.weight

@@ -1,7 +1,5 @@
 """Black-box models with a memory (sections 2.5.1 and 2.5.2): NARX, and a vanilla recurrent network."""
 
-from __future__ import annotations
-
 import math
 
 import torch
@@ -52,15 +50,9 @@ class Narx(Remembering):
 
 
 class RecurrentNetwork(nn.Module):
-    """A stack of `batch` recurrent networks with one layer of tanh neurons, eq. 2.10.
+    """A stack of `batch` recurrent networks with one layer of tanh neurons, eq. 2.10."""
 
-    Args:
-        scale: standard deviation of every input over the training data, shape (batch, inputs).
-        hidden: size of the state h.
-        generator: random generator of the initial weights (Glorot uniform; biases are zero).
-    """
-
-    scale: Tensor
+    scale: Tensor  # (batch, 1, inputs), inverse standard deviation over the training data
 
     def __init__(self, scale: Tensor, hidden: int, generator: Generator) -> None:
         super().__init__()
@@ -73,10 +65,7 @@ class RecurrentNetwork(nn.Module):
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor, h: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the outputs and the next states of all networks.
-
-        Takes d (batch, runs, inputs), h (batch, runs, hidden); gives (batch, runs) and (batch, runs, hidden).
-        """
+        """Return outputs (batch, runs) and next states; d (batch, runs, inputs), h (batch, runs, hidden)."""
         state = (torch.baddbmm(self.b_h, d * self.scale, self.W_i) + h @ self.W_h).tanh()
         return torch.baddbmm(self.b_o, state, self.W_o)[..., 0], state
 

@@ -1,17 +1,12 @@
 """Errors of simulated trajectories, projected on the angle (Fig. 6.18)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipeline.arrays import Array
 
 
 def project_on_angle(angle: Array, simulated_angle: Array, simulated: Array) -> Array:
-    """Interpolate a simulated signal at the measured angles.
-
-    Takes angle (n,) in rad, simulated_angle (N,) in rad, simulated (N,); gives (n,).
-    """
+    """Interpolate a simulated signal (N,) at the measured angles (n,), rad."""
     forward = np.maximum.accumulate(simulated_angle)
     return np.interp(angle, forward, simulated, right=0.0)
 
@@ -30,9 +25,6 @@ def angle_mse(angle: Array, speed: Array, simulated_angle: Array, simulated_spee
 
 
 def time_mse(speed: Array, simulated_speed: Array) -> float:
-    """Return the mean squared error of the speed over time, which also counts drift, (rad/s)^2.
-
-    Takes speed (n,) in rad/s, simulated_speed (N,) in rad/s.
-    """
+    """Return the mean squared error of the speed (n,) over time, (rad/s)^2, which also counts drift."""
     n = min(len(speed), len(simulated_speed))
     return float(np.mean((simulated_speed[:n] - speed[:n]) ** 2))

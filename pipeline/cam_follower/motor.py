@@ -1,7 +1,5 @@
 """Models of a DC-motor drivetrain, without a network and with a network on top."""
 
-from __future__ import annotations
-
 import torch
 from torch import Generator, Tensor, nn
 

@@ -1,7 +1,5 @@
 """Train a network on top of the identified motor, over windows of free run."""
 
-from __future__ import annotations
-
 import torch
 from torch import Generator, Tensor
 
@@ -17,20 +15,12 @@ from unmodelled.learning.adam import Adam
 
 
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
-    """Identify the motor parameters; models with the same training experiments share one motor.
-
-    Takes folds (experiments,); gives (stack, 6).
-    """
+    """Identify motors (stack, 6); models with the same training experiments share one."""
     return once_per_fold(folds, lambda distinct: free_run.fit(Motor, dataset, distinct, seed).parameters_)
 
 
 def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tensor, horizon: int) -> Tensor:
-    """Return the mean squared error of the speed over windows that start at measured states.
-
-    The mean over the samples of each window, (rad/s)^2.
-
-    Takes runs (stack, windows), first (stack, windows); gives (stack, windows).
-    """
+    """Return the mean squared error (stack, windows), (rad/s)^2, over windows from measured states."""
     q = dataset.conditions[runs]
     theta, omega = dataset.theta[first], dataset.omega[first]
     total = torch.zeros_like(omega)

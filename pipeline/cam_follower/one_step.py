@@ -1,7 +1,5 @@
 """Train the ReLU-ODE models on one-step-ahead predictions, eqs. 6.15 to 6.19."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import torch
@@ -23,10 +21,7 @@ class Networked(Protocol):
 
 
 def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
-    """Return a stack of untrained models, with inputs scaled by each fold's own training data.
-
-    Takes folds (experiments,).
-    """
+    """Return a stack of untrained models, with inputs scaled by each fold's own experiments (n,)."""
     probe = build(dataset.bench, torch.ones(1, 1), generator)
     values = probe.inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
     return build(dataset.bench, input_scale(values, dataset, folds), generator)

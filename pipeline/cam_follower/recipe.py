@@ -1,7 +1,5 @@
 """Models of the drivetrain and their training, with the interface of all models."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

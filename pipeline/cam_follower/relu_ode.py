@@ -1,7 +1,5 @@
 """ReLU-ODE models of section 6.4: black box, soft hybrid and hybrid."""
 
-from __future__ import annotations
-
 import math
 
 import torch
@@ -14,16 +12,9 @@ from pipeline.cam_follower.kernels import torch_function
 
 
 class ReluNetwork(nn.Module):
-    """A stack of `batch` ReLU networks with one hidden layer, and inputs scaled by 1 / standard deviation,
-    eq. 6.18.
+    """A stack of `batch` ReLU networks with one hidden layer, eq. 6.18."""
 
-    Args:
-        scale: standard deviation of every input over the training data, shape (batch, inputs).
-        hidden: number of hidden units.
-        generator: random generator of the initial weights (Glorot uniform; biases are zero).
-    """
-
-    scale: Tensor
+    scale: Tensor  # (batch, 1, inputs), inverse standard deviation over the training data
 
     def __init__(self, scale: Tensor, hidden: int, generator: Generator) -> None:
         super().__init__()
@@ -35,29 +26,19 @@ class ReluNetwork(nn.Module):
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor) -> Tensor:
-        """Return the outputs of all networks.
-
-        Takes d (batch, samples, inputs); gives (batch, samples).
-        """
+        """Return the outputs of all networks. Takes d (batch, samples, inputs); gives (batch, samples)."""
         hidden = torch.baddbmm(self.b_h, d * self.scale, self.W_h).relu()
         return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
 
 
 def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
-    """Return random weights by Glorot's uniform rule.
-
-    Gives (batch, rows, columns).
-    """
+    """Return random weights by Glorot's uniform rule; gives (batch, rows, columns)."""
     limit = math.sqrt(6.0 / (rows + columns))
     return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
 
 
 def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """Return the inputs d_H1 = d_H2: the cam's derivatives instead of angle, H and beta (section 6.4.4).
-
-    Takes dh (batch, runs) in m/rad, d2h (batch, runs) in m/rad^2, omega (batch, runs) in rad/s, q (runs,);
-    gives (batch, runs, 5).
-    """
+    """Return d_H1 = d_H2: the cam's derivatives, speed, V and m (section 6.4.4), (batch, runs, 5)."""
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
 

@@ -1,7 +1,5 @@
 """Compiled free runs of the motor drivetrain, with errors projected on the angle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numba

@@ -1,7 +1,5 @@
 """Draw training samples for a stack of models, and scale their inputs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import torch
@@ -12,14 +10,9 @@ from pipeline.cam_follower.dataset import Dataset
 
 
 class Sampler:
-    """Random generator of training samples for a stack of models, each from its own experiments.
+    """Random training samples for a stack of models, each from its own experiments.
 
     Every experiment has the same weight, short or long (eq. 6.16).
-
-    Args:
-        dataset: measured trajectories.
-        folds: training experiments of each model of the stack, each of shape (experiments,).
-        generator: random generator.
     """
 
     def __init__(self, dataset: Dataset, folds: list[Indices], generator: Generator) -> None:
@@ -30,10 +23,7 @@ class Sampler:
             row[: len(fold)] = torch.as_tensor(fold)
 
     def draw(self, size: int, horizon: int = 1) -> tuple[Tensor, Tensor]:
-        """Draw windows for every model.
-
-        Gives (stack, size).
-        """
+        """Draw windows for every model; gives (stack, size)."""
         shape = (len(self.counts), size)
         pick = (torch.rand(shape, generator=self.generator) * self.counts).long()
         runs = self.runs.gather(1, pick.clamp_max(self.counts - 1))
@@ -43,10 +33,7 @@ class Sampler:
 
 
 def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tensor:
-    """Return the standard deviation of every input over each model's own training samples.
-
-    Takes inputs (samples, inputs), folds (experiments,); gives (stack, inputs).
-    """
+    """Return the standard deviation (stack, inputs) of every input over each model's training samples."""
 
     def scale(fold: Indices) -> Tensor:
         std = inputs[dataset.samples_of(fold)].std(0)
@@ -57,10 +44,7 @@ def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tenso
 
 
 def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
-    """Compute a result once per distinct training set, and repeat it for all models with this set.
-
-    Takes folds (experiments,), work (experiments,); gives (stack, ...).
-    """
+    """Compute a result once per distinct training set (experiments,), and repeat it for its models."""
     distinct = {fold.tobytes(): fold for fold in folds}
     results = dict(zip(distinct, work(list(distinct.values())), strict=True))
     return torch.stack([results[fold.tobytes()] for fold in folds])

@@ -1,7 +1,5 @@
 """Runs as padded arrays, the input of a recurrent network (section 5.4.2)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -46,26 +44,17 @@ class SequenceInputs:
 
 @dataclass(frozen=True)
 class Sequences:
-    """Runs of different length, with zeros after their end.
-
-    Attributes:
-        inputs: names of the features and settings.
-        runs: ids of the experiments, shape (runs,).
-        features: features in SI units, shape (runs, steps, features).
-        settings: settings in SI units, shape (runs, settings).
-        target: detachment eps, m, shape (runs, steps).
-        lengths: number of samples of every run, shape (runs,).
-    """
+    """Runs of different length, with zeros after their end."""
 
     inputs: SequenceInputs
-    runs: Indices
-    features: Array
-    settings: Array
-    target: Array
-    lengths: Indices
+    runs: Indices  # (runs,), ids of the experiments
+    features: Array  # (runs, steps, features), SI units
+    settings: Array  # (runs, settings), SI units
+    target: Array  # (runs, steps), detachment eps, m
+    lengths: Indices  # (runs,), numbers of samples
 
     @classmethod
-    def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> Sequences:
+    def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> "Sequences":
         """Read all runs of a campaign with the signal eps, in the order of the campaign."""
         runs = campaign.experiments["exp"].to_numpy(np.int64)
         lengths = np.diff(campaign.offsets)
@@ -90,11 +79,8 @@ class Sequences:
         real: Bools = np.arange(self.features.shape[1]) < self.lengths[:, None]
         return real
 
-    def of_runs(self, rows: Indices) -> Sequences:
-        """Select runs, and pad them to the longest of them.
-
-        Takes rows (selected,).
-        """
+    def of_runs(self, rows: Indices) -> "Sequences":
+        """Select runs, and pad them to the longest of them. Takes rows (selected,)."""
         lengths = self.lengths[rows]
         steps = int(lengths.max(initial=0))
         return replace(

@@ -1,7 +1,5 @@
 """The bounce simulation as a model of the detachment, alone or with a network that is added in flight."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -31,20 +29,14 @@ Signal = TypeVar("Signal", Array, Tensor)
 
 
 def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
-    """Return the factor, 0 to 1, that sets the prediction to zero in simulated contact.
-
-    Takes contact (samples,), offsets (runs + 1,); gives (samples,).
-    """
+    """Return the factor (samples,), 0 to 1, that sets the prediction to zero in simulated contact."""
     flight = 1.0 - contact
     runs = [maximum_filter1d(flight[a:b], 2 * reach + 1) for a, b in pairwise(offsets)]
     return np.concatenate(runs)
 
 
 def gated(opening: Signal, eps_bounce: Signal, network: Signal) -> Signal:
-    """Return the detachment of the hybrid model, m: zero in contact, simulation plus network in flight.
-
-    Takes eps_bounce in m, network in m; gives (same shape).
-    """
+    """Return eps of the hybrid model (samples,), m: zero in contact, simulation plus network in flight."""
     return opening * (eps_bounce + network)
 
 
@@ -73,22 +65,12 @@ def residual(campaign: Campaign) -> Campaign:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Settings of the averaged simulations.
+    """Settings of the averaged simulations."""
 
-    Attributes:
-        members: number of simulations to average.
-        spread: standard deviation of the logarithms of their parameters.
-        reach: number of samples before and after a simulated flight that still count as flight.
-        samples: number of samples after which a run is cut off.
-
-    Raises:
-        BadInput: when a setting is out of range.
-    """
-
-    members: int
-    spread: float
-    reach: int
-    samples: int
+    members: int  # number of simulations to average
+    spread: float  # standard deviation of the logarithms of their parameters
+    reach: int  # number of samples before and after a simulated flight that still count as flight
+    samples: int  # number after which a run is cut off
 
     def __post_init__(self) -> None:
         if min(self.members, self.samples) < 1 or self.reach < 0 or self.spread < 0.0:
@@ -97,26 +79,18 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class BounceFits(Fitted):
-    """Identified simulations of all folds.
-
-    Attributes:
-        mechanism: constants of the bench.
-        ensemble: settings of the averaged simulations.
-        parameters: identified parameters by fold.
-    """
+    """Identified simulations of all folds."""
 
     mechanism: CamFollower
     ensemble: Ensemble
-    parameters: Mapping[str, BounceParameters]
+    parameters: Mapping[str, BounceParameters]  # by fold
 
     @property
     def folds(self) -> list[str]:
         return list(self.parameters)
 
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:
-        """Simulate the first samples of every run, and add the signals eps_bounce (m), contact and gate (0 to
-        1).
-        """
+        """Simulate the first samples of every run; add eps_bounce (m), contact and gate (0 to 1)."""
         how = self.ensemble
         short = shortened(campaign, how.samples)
         return with_bounce(short, self.mechanism, self.parameters[fold], how.members, how.spread, how.reach)
@@ -181,9 +155,7 @@ class BounceRecipe(DetachmentRecipe):
 
 
 def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> BounceParameters:
-    """Identify the simulation on training runs; with hardly any flight in these runs, return the starting
-    values.
-    """
+    """Identify on training runs; the starting values where these runs have hardly any flight."""
     t = campaign.signals["t"]
     last = round(STRETCH / float(t[1] - t[0]))
     flights = (

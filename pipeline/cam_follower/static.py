@@ -1,7 +1,5 @@
 """Static models fitted to samples (sections 2.2 and 2.3): parameters of a motor, and feedforward networks."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 
@@ -33,10 +31,7 @@ ITERATIONS = 3000
 
 
 def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, float]:
-    """Identify R_a (Ohm) and B' (A/V) from measured efficiencies by least squares, eq. 2.1.
-
-    Takes current (L,) in A, measured (L,), voltage in V; gives a value in A/V.
-    """
+    """Identify R_a (ohm) and B' (A/V) from efficiencies at current (L,), A, by least squares, eq. 2.1."""
 
     def error(p: Array) -> Array:
         return efficiency(current, voltage, p[0], p[1]) - measured

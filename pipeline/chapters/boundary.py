@@ -1,7 +1,5 @@
 """Determine the boundary Q between contact and jumps, as a voltage for every cam and mass (section 6.3)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 
@@ -11,10 +9,7 @@ SETTING = ["H", "beta", "m"]
 
 
 def first_crossing(V: Array, value: Array, level: float) -> float:
-    """Return the first voltage at which a curve rises through a level, interpolated linearly.
-
-    Takes V (n,) in V, value (n,).
-    """
+    """Return the first voltage V (n,) at which a curve rises through a level, interpolated linearly."""
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
     if not len(up):
         return float("nan")
@@ -33,10 +28,7 @@ def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
 
 
 def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
-    """Return the predicted boundary, where the minimal contact force falls through zero.
-
-    Takes f_min (points,) in N.
-    """
+    """Return the predicted boundary, where the minimal contact force (points,), N, falls through zero."""
     table = grid[[*SETTING, "V"]].assign(f_min=f_min).sort_values("V")
     rows = []
     for setting, group in table.groupby(SETTING):
@@ -49,12 +41,10 @@ def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
 
 
 def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
-    """Extrapolate the minimal contact force directly over the settings (section 6.3.3): the baseline.
+    """Extrapolate the minimal contact force (points,), N, over the settings (section 6.3.3): the baseline.
 
     The model is a ridge regression on polynomials of V, m, H and beta. Its degree (up to three) and its
     penalty are chosen by cross-validation within `train`.
-
-    Gives (points,) in N.
     """
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV

@@ -1,7 +1,5 @@
 """Numbers of the tutorial (chapter 2), and verdicts on its claims."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -25,33 +23,19 @@ DYNAMIC = (
 
 
 class Region:
-    """Convex hull of explored states in a plane.
-
-    Args:
-        states: (samples, 2).
-
-    Attributes:
-        states: explored states, shape (samples, 2).
-        outline: (corners, 2) counterclockwise.
-    """
+    """Convex hull of explored states (samples, 2) in a plane; `outline` (corners, 2) is counterclockwise."""
 
     def __init__(self, states: Array) -> None:
         self.outline: Array = states[ConvexHull(states).vertices]
         self._inside = Delaunay(self.outline)
 
     def holds(self, states: Array) -> Bools:
-        """Tell whether the region contains states.
-
-        Takes states (..., 2); gives (...,).
-        """
+        """Tell whether the region contains states. Takes states (..., 2); gives (...,)."""
         return np.asarray(self._inside.find_simplex(states) >= 0)
 
 
 def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.DataFrame:
-    """Return the error of every curve against the true efficiency, inside and outside the measured currents.
-
-    Takes lowest in A, highest in A.
-    """
+    """Return errors against the true efficiency inside and outside the measured currents (A)."""
     inside = curves["current"].between(lowest, highest)
     rows = curves.assign(
         region=np.where(inside, "inside", "outside"), square=(curves["efficiency"] - curves["truth"]) ** 2

@@ -1,7 +1,5 @@
 """Numbers of chapter 3, and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -43,9 +41,7 @@ PROTOCOL = (
 
 
 def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]:
-    """Return the numbers of one campaign: emd, log_likelihood_error, identification, table_3_2 and
-    push_forward.
-    """
+    """Return the numbers of a campaign: errors, identification, table_3_2 and push_forward."""
     accuracy, samples = tables["accuracy"], tables["monte_carlo"]
     accuracy = accuracy.assign(size=accuracy["error"].abs())
     per_set = accuracy.groupby(["alpha_of", "method", "data_set"])[["emd", "size"]].mean()

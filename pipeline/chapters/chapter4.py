@@ -1,7 +1,5 @@
 """Numbers of chapter 4, and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -59,11 +57,7 @@ def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
 
 
 def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, Any]:
-    """Return the numbers of the recovered spring with and without a spring, as shares of the range of its
-    force.
-
-    Takes spring_error (samples,), spring_range in N.
-    """
+    """Return the errors (samples,) of the recovered spring with and without one, as shares of its range."""
     result = {}
     for campaign, error in spring_error.items():
         share = float(np.sqrt(np.mean(error**2))) / spring_range
@@ -74,9 +68,7 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
 
 
 def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, Any]:
-    """Return the relative errors |identified - true| / true of the parameters at the end of training, over
-    the folds.
-    """
+    """Return the relative errors of the parameters at the end of training, over the folds."""
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))
     names = [name for name in true if name in last]
@@ -143,16 +135,8 @@ def _power_law(recurrent: dict[str, Any]) -> Row:
 
 def _inputs(errors: pd.DataFrame) -> Row:
     chosen = errors[(errors["split"] == "leave_one_out") & ~errors["extra"]]
-    names = [
-        "nnap",
-        "nnap_theta_omega",
-        "nnap_d_v_t",
-        "nnap_d",
-        "nnap_v",
-        "nnap_theta",
-        "nnap_omega",
-        "nnap_t",
-    ]
+    inputs = ("theta_omega", "d_v_t", "d", "v", "theta", "omega", "t")
+    names = ["nnap", *(f"nnap_{q}" for q in inputs)]
     means = {
         n: per_trajectory(chosen[chosen["model"] == n]).mean() for n in names if n in set(chosen["model"])
     }

@@ -1,7 +1,5 @@
 """Numbers of chapter 5 (follower jumps, contributions of the inputs), and verdicts on its claims."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 
@@ -45,12 +43,8 @@ COMMON = (
 )
 
 
-def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
-    """Return the experiment of the dissertation for every row: uniform, factors, or scarce for models without
-    q_s.
-
-    Gives (rows,).
-    """
+def splits(trained: "pd.Series[str]", folds: "pd.Series[str]") -> Array:
+    """Return the experiment of every row (rows,): uniform, factors, or scarce for models without q_s."""
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
 
@@ -136,12 +130,7 @@ TESTED = "median over jump test runs of the MSE of each repeat, one-sided Mann-W
 
 
 class Repeats:
-    """Prediction errors of single repeats.
-
-    Args:
-        table: table of all models, splits and folds, with the columns model, split, fold, repeat, label, mse
-            (mm^2) and jumps.
-    """
+    """Errors of single repeats: columns model, split, fold, repeat, label, mse (mm^2) and jumps."""
 
     def __init__(self, table: pd.DataFrame) -> None:
         jump = table["label"] == "jump"
@@ -155,28 +144,19 @@ class Repeats:
         self.factors = list(folds.loc[folds["split"] == FACTORS, "fold"])
 
     def error(self, model: str, fold: str = SCARCE) -> Array:
-        """Return the median MSE over the jump test runs.
-
-        Gives (repeats,).
-        """
+        """Return the median MSE over the jump test runs; gives (repeats,)."""
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
-        """Return the share of the test runs with a wrong label.
-
-        Gives (repeats,).
-        """
+        """Return the share of the test runs with a wrong label; gives (repeats,)."""
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
-        """Return the error with raw data divided by the error with linear physics features.
-
-        Gives (repeats,).
-        """
+        """Return the error with raw data divided by the error with linear physics features, (repeats,)."""
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 
-def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
+def _per_repeat(numbers: "pd.Series[float]", model: str, fold: str) -> Array:
     if (model, fold) not in numbers.index:
         raise BadInput(f"there are no predictions of {model} on the fold {fold}, or no jumps among them")
     return np.asarray(numbers[model][fold], np.float64)

@@ -1,7 +1,5 @@
 """The dissertation's headline claims about the cam-follower, with verdicts from the computed numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables of chapter 3 about the wet clutch: measurements, and one engagement in detail."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,9 +47,7 @@ def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
 
 
 def currents(logs: Logs) -> pd.DataFrame:
-    """Return the feedforward signal of every profile, from one experiment each: columns profile, t (s) and u
-    (A).
-    """
+    """Return the feedforward signal of every profile: columns profile, t (s) and u (A)."""
     table = logs.experiments
     first = table.reset_index(drop=True).groupby("profile").head(1)
     parts = []
@@ -73,10 +69,7 @@ def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
 
 
 def interpolated_samples(sampling: pd.DataFrame, mae: float) -> float:
-    """Return the number of simulations per point with which sampling reaches an error.
-
-    The number is interpolated linearly between logarithms.
-    """
+    """Return the simulations per point with which sampling reaches an error, interpolated in logarithms."""
     curve = sampling.groupby("samples")["mae"].mean().sort_index()
     sizes, errors = np.log(curve.index.to_numpy(np.float64)), np.log(curve.to_numpy())
     goal = np.log(mae)

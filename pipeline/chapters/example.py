@@ -1,7 +1,5 @@
 """The univariate example of section 3.2.8: polynomial chaos, moments and densities beside the exact ones."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -29,10 +27,7 @@ CURVE = 401
 
 
 def response(theta: Array) -> Array:
-    """Return the response y(x = 1; theta).
-
-    Takes theta (any shape); gives (shape of `theta`).
-    """
+    """Return the response y(x = 1; theta). Takes theta (any shape); gives (shape of `theta`)."""
     value: Array = np.tan(theta / 8.0) + np.exp(theta / 6.0 - 1.0) + np.tanh(theta / 2.0)
     return value
 
@@ -44,10 +39,7 @@ def expansion(degree: int, order: int) -> Expansion:
 
 
 def exact_moments() -> Array:
-    """Return the raw moments of Y under the density of theta.
-
-    Gives (MOMENTS,).
-    """
+    """Return the raw moments of Y under the density of theta; gives (MOMENTS,)."""
     nodes, weights = np.polynomial.legendre.leggauss(FINE)
     half = (FAMILY.high - FAMILY.low) / 2.0
     theta = FAMILY.low + half * (nodes + 1.0)
@@ -56,10 +48,7 @@ def exact_moments() -> Array:
 
 
 def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
-    """Return the Gaussian and the maximum-entropy density with given raw moments.
-
-    Takes raw (MOMENTS,), support (1, 2).
-    """
+    """Return the Gaussian and maximum-entropy density of raw moments (MOMENTS,), on a support (1, 2)."""
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
     return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 

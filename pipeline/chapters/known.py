@@ -1,7 +1,5 @@
 """What is known of measured machines from elsewhere: known.yaml beside the system files of every machine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,26 +32,17 @@ _MACHINE = {
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference value, or a range of values, of one parameter.
+    """A reference value, or a range of values, of one parameter."""
 
-    Attributes:
-        of: owner of the parameter: name of an effect, or `KNOWN_PHYSICS`.
-        parameter: name of the parameter in the law or the system file.
-        low: smallest value, in `unit`.
-        high: largest value, in `unit`.
-        unit: SI unit of the parameter.
-        source: origin of the value, in words.
-    """
-
-    of: str
-    parameter: str
+    of: str  # name of an effect, or `KNOWN_PHYSICS`
+    parameter: str  # name in the law or the system file
     low: float
     high: float
-    unit: str
+    unit: str  # SI
     source: str
 
     @classmethod
-    def read(cls, row: Mapping[str, Any]) -> Reference:
+    def read(cls, row: Mapping[str, Any]) -> "Reference":
         """Read a row of `numbers`; a value that is a list is a range."""
         values = row["value"] if isinstance(row["value"], list) else [row["value"]]
         return cls(row["of"], row["parameter"], min(values), max(values), row["unit"], row["source"])
@@ -61,24 +50,17 @@ class Reference:
 
 @dataclass(frozen=True)
 class KnownCase:
-    """The right answer for one system file.
+    """The right answer for one system file."""
 
-    Attributes:
-        known: knowledge from elsewhere, in words.
-        verdicts: verdicts that are right.
-        effects: right names of every withheld effect, such as "coulomb_friction at rail".
-        beside: names of effects that may be said besides.
-        numbers: reference values.
-    """
-
-    known: str
-    verdicts: frozenset[str]
+    known: str  # in words
+    verdicts: frozenset[str]  # that are right
+    #: Right names of every withheld effect, such as "coulomb_friction at rail"
     effects: tuple[frozenset[str], ...]
-    beside: frozenset[str]
+    beside: frozenset[str]  # names of effects that may be said besides
     numbers: tuple[Reference, ...]
 
     @classmethod
-    def read(cls, case: Mapping[str, Any]) -> KnownCase:
+    def read(cls, case: Mapping[str, Any]) -> "KnownCase":
         """Read an entry of `cases`."""
         return cls(
             str(case["known"]),
@@ -96,25 +78,15 @@ class KnownCase:
 
 @dataclass(frozen=True)
 class Machine:
-    """A published machine and the right answers for its system files.
+    """A published machine and the right answers for its system files."""
 
-    Attributes:
-        name: name of the folder of its system files.
-        title: name for readers.
-        variable: variable of make, or of the environment, that gives the path of the data.
-        published: address of the data.
-        licence: licence of the data.
-        about: description of data and known physics.
-        cases: right answers by withheld physics.
-    """
-
-    name: str
+    name: str  # of the folder of its system files
     title: str
-    variable: str
-    published: str
-    licence: str
-    about: str
-    cases: Mapping[str, KnownCase]
+    variable: str  # variable of make, or of the environment, that gives the path of the data
+    published: str  # address of the data
+    licence: str  # of the data
+    about: str  # data and known physics
+    cases: Mapping[str, KnownCase]  # right answers by withheld physics
 
 
 def read_machine(folder: Path) -> Machine:

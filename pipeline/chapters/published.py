@@ -3,8 +3,6 @@
 The text has no page numbers; a place is the number of a section, table or figure.
 """
 
-from __future__ import annotations
-
 STROKES = (0.01, 0.03, 0.05, 0.07)  # m
 SKEWS = (0.5, 0.75, 1.0, 1.25, 1.5)  # rise angle over pi
 

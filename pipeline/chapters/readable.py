@@ -1,7 +1,5 @@
 """Write the results of a chapter: tables for figures, numbers, and tables for readers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Diagnoses of measured machines as numbers and tables, and whether they agree with what is known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
@@ -51,10 +49,7 @@ def judged(case: KnownCase, report: Report) -> dict[str, Any]:
 
 
 def is_inside(reference: Reference, report: Report) -> bool | None:
-    """Return whether a reference lies in the 95 % interval of its number; None where there is no interval.
-
-    A reference that is a range lies inside if it overlaps the interval.
-    """
+    """Return whether a reference overlaps the 95 % interval of its number; None without interval."""
     identified = parameters(report).get((reference.of, reference.parameter))
     if identified is None or None in (interval := identified["interval"] or [None]):
         return None
@@ -141,21 +136,13 @@ PROTOCOL = (
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """The diagnosis of one system file of a machine.
-
-    Attributes:
-        machine: name of the machine.
-        withheld: physics that the system file leaves out.
-        case: right answer.
-        report: content of diagnosis.json.
-        data: kind of the logs, measured or virtual.
-    """
+    """The diagnosis of one system file of a machine."""
 
     machine: str
-    withheld: str
-    case: KnownCase
-    report: Report
-    data: str
+    withheld: str  # physics that the system file leaves out
+    case: KnownCase  # right answer
+    report: Report  # content of diagnosis.json
+    data: str  # measured or virtual
 
     @property
     def about(self) -> dict[str, str]:

@@ -1,7 +1,6 @@
 """Read diagnosis.json (`diagnosis/2`) and related files, and check their form."""
 
-from __future__ import annotations
-
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -60,37 +59,18 @@ _REFIT = {
 }
 
 
-def read_told(path: Path) -> dict[str, Any]:
-    """Read a diagnosis with everything that a page shows of it."""
-    return _read(path, _TOLD)
+def _read(shape: Shape, path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = read_shaped(path, shape)
+    return content
 
 
-def read_judged(path: Path) -> dict[str, Any]:
-    """Read a diagnosis of a withheld case."""
-    return _read(path, _JUDGED)
+#: Readers of a diagnosis, with everything that a page shows of it, and of a withheld case.
+read_told, read_judged = partial(_read, _TOLD), partial(_read, _JUDGED)
+#: Readers of the planted effects of a case, its refit with known effects, and its errors on validation runs.
+read_truth, read_refit, read_validation = (partial(_read, shape) for shape in (_TRUTH, _REFIT, _VALIDATION))
 
 
 def read_held_out(path: Path) -> list[str]:
     """Read the ids of the held-out experiments of a diagnosis."""
-    found: list[str] = _read(path, {"gap": {"held_out": [str]}})["gap"]["held_out"]
+    found: list[str] = _read({"gap": {"held_out": [str]}}, path)["gap"]["held_out"]
     return found
-
-
-def read_truth(path: Path) -> dict[str, Any]:
-    """Read the planted effects of a withheld case."""
-    return _read(path, _TRUTH)
-
-
-def read_refit(path: Path) -> dict[str, Any]:
-    """Read the refit of a withheld case with known planted effects."""
-    return _read(path, _REFIT)
-
-
-def read_validation(path: Path) -> dict[str, Any]:
-    """Read the errors of a diagnosis on validation experiments."""
-    return _read(path, _VALIDATION)
-
-
-def _read(path: Path, shape: Shape) -> dict[str, Any]:
-    content: dict[str, Any] = read_shaped(path, shape)
-    return content

@@ -1,7 +1,5 @@
 """Tables of chapter 4 from the predictions of its models."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -131,18 +129,13 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
 
 
 def surface(predictions: Path) -> pd.DataFrame:
-    """Return the force F(d, v) of the network of one fold on a grid, before and after training: stage, d, v,
-    F.
-    """
+    """Return stage, d, v and force F of the network of a fold on a grid, before and after training."""
     table = read_parquet(predictions / "surface.parquet")
     return table.rename(columns={"q0": "d", "q1": "v", "effort": "F"}).drop(columns="network")
 
 
 def spring_errors(force: pd.DataFrame, spring: pd.DataFrame) -> dict[str, Array]:
-    """Return the error of the conservative network against the true spring, at the visited positions.
-
-    Gives (samples,).
-    """
+    """Return the error (samples,) of the conservative network as a spring, at the visited positions."""
     split = force[force["model"] == "nnap_split"]
     result = {}
     for campaign, table in split.groupby("campaign"):

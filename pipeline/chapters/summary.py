@@ -1,7 +1,5 @@
 """Summarise errors of single simulations as numbers with value, interval, unit and count."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -16,10 +14,7 @@ Leaf = dict[str, Any]
 
 
 def leaf(values: Array, unit: str) -> Leaf:
-    """Return the median over the repeats with its 95 % interval.
-
-    Takes values (repeats,).
-    """
+    """Return the median over the repeats with its 95 % interval. Takes values (repeats,)."""
     values = np.asarray(values, np.float64)
     content: Leaf = {"value": float(np.median(values)), "unit": unit, "n": len(values)}
     if len(values) > 1:
@@ -59,10 +54,7 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
 
 
 def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.DataFrame:
-    """Compare table 5.1 by our geometry with the published one: 40 cells.
-
-    Takes extremes in rad.
-    """
+    """Compare table 5.1 by our geometry with the published one: 40 cells. Takes extremes in rad."""
     rows = []
     for i, H in enumerate(published.STROKES):
         for j, skew in enumerate(published.SKEWS):
@@ -74,17 +66,12 @@ def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.Dat
 
 
 def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
-    """Return the median over the test runs for every repeat.
-
-    Gives (repeats,).
-    """
+    """Return the median over the test runs for every repeat; gives (repeats,)."""
     return np.asarray(errors.groupby("repeat")[column].median(), np.float64)
 
 
 def simulation(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the free-run errors per model: interpolation over all folds together, extrapolation
-    per level.
-    """
+    """Return free-run errors per model: interpolation over all folds together, extrapolation per level."""
     result: dict[str, Any] = {"interpolation": {}, "extrapolation": {}}
     for (split, model), group in errors.groupby(["split", "model"]):
         if split == "interpolation":

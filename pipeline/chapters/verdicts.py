@@ -5,8 +5,6 @@ sample has one number: the caller reduces repeats within a draw to their median.
 row of docs/decisions/rule_changes.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import comb, factorial
 
@@ -56,9 +54,7 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
 
 
 def too_few(pairs: int) -> bool:
-    """Tell whether no test of a number of pairs can reach the level; numbers against a constant count as
-    pairs.
-    """
+    """Tell whether no test of so many pairs can reach the level; numbers against a constant are pairs."""
     return 0.5**pairs >= LEVEL
 
 

@@ -1,7 +1,5 @@
 """Draw overviews of a whole campaign from its table of experiments."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl

@@ -1,7 +1,5 @@
 """Draw the geometry of the cams of a campaign, and the measured follower beside it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the interface force F† for permanent contact, beside the measured motion of the follower."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl
@@ -17,6 +15,7 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
 from pipeline.figures.examples import experiments_of, levels, median_row, nominal_and_bouncing, read
+from pipeline.figures.palette import nothing
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
 from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
@@ -131,11 +130,10 @@ def force_against_detachment(data: Path) -> Figure:
     table = experiments_of(data, "features")
     table = table[table["label"] != "stall"].dropna(subset="f_bar_min")
     wrong = (table["label"] == "jump") != (table["f_bar_min"] < 0.0)
+    if table.empty:
+        return nothing("no run of this campaign turns", 4.6, 8.0)
     figure = new_figure(4.6, 8.0)
     axes = figure.subplots()
-    if table.empty:
-        absent(axes, "no run of this campaign turns")
-        return figure
     for kind in ("contact", "jump"):
         of_kind = table["label"] == kind
         _scatter(axes, table[of_kind & ~wrong], LABELS[kind], f"{kind}, sign agrees", ring=False)

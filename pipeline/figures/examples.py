@@ -3,8 +3,6 @@
 An experiment is identified by its row in the table.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +26,7 @@ def experiments_of(data: Path, store: str) -> pd.DataFrame:
 
 
 def levels(experiments: pd.DataFrame, factor: str) -> Array:
-    """Return the levels of a factor in increasing order.
-
-    Gives (levels,).
-    """
+    """Return the levels of a factor in increasing order; gives (levels,)."""
     return np.unique(experiments[factor].to_numpy(np.float64))
 
 

@@ -1,7 +1,5 @@
 """Draw the loss of contact: predicted contact forces and boundaries beyond the training settings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from textwrap import fill
 
@@ -16,8 +14,8 @@ from matplotlib.patches import Patch
 
 from pipeline.arrays import Array
 from pipeline.figures.examples import levels
-from pipeline.figures.palette import band, handle, look, plain_log, present, shares, smallest_share, table
-from pipeline.figures.panels import STALL, edges
+from pipeline.figures.palette import by_share, handle, look, present, shares, smallest_share, table
+from pipeline.figures.panels import STALL, edges, strokes_beside
 from unmodelled.report.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
 
 SETTING = ["H", "beta", "m"]
@@ -189,9 +187,7 @@ def boundary_repeats(data: Path) -> Figure:
 
 def _finish(figure: Figure, column: Array, strokes: Array, handles: list[Line2D], title: str = "") -> None:
     """Strokes beside the last `column` of panels, shared labels and a legend."""
-    for axes, H in zip(column, strokes, strict=True):
-        where = {"xycoords": "axes fraction", "rotation": 270, "ha": "left", "va": "center"}
-        axes.annotate(level("H", float(H)), (1.03, 0.5), **where)
+    strokes_beside(column, strokes)
     figure.supxlabel("angle of rise β (rad)", fontsize=10)
     figure.supylabel("boundary voltage Q (V)", fontsize=10)
     figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(handles)), title=title)
@@ -239,12 +235,4 @@ def boundary_errors(data: Path) -> Figure:
     joined = shares(boundary).merge(truth, on=SETTING, suffixes=("", "_measured"))
     joined["mae"] = (joined["Q"] - joined["Q_measured"]).abs()
     errors = joined.groupby(["model", "share", "repeat"])["mae"].mean().reset_index()
-    figure = new_figure(4.4, 8.5)
-    axes = figure.subplots()
-    for model in present(errors):
-        band(axes, model, errors[errors["model"] == model], "share", "mae")
-    axes.set(yscale="log", xlabel="share of the contact runs trained on (%)", ylabel="MAE of Q (V)")
-    axes.set_xticks(sorted(errors["share"].unique()))
-    plain_log(axes)
-    figure.legend(loc="outside right upper")
-    return figure
+    return by_share(errors, "mae", "MAE of Q (V)")

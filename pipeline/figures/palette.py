@@ -1,17 +1,17 @@
 """Tables, looks of the models and bands of repeats, shared by figures of models."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullFormatter, NullLocator
 
+from pipeline.arrays import Array
 from unmodelled.base.parquet import read_parquet
-from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, Look, absent, new_figure
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, WIDTH, Look, absent, new_figure
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: In the order of legends. Blue and vermilion belong to the labels, so Tol's indigo and wine stand in.
@@ -35,15 +35,16 @@ def look(model: str) -> Look:
     return LOOKS.get(model, Look(model, "#8c6d31", "*"))
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by the verb tabulate."""
-    return read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
+def tables_of(topic: str) -> Callable[[Path, str], pd.DataFrame]:
+    """Return the function that reads a table of a topic: data folder, name -> table."""
+    return lambda data, name: read_parquet(data / "tables" / topic / f"{name}.parquet")
+
+
+table = tables_of("cam_follower")
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of models that were trained on a share of the most stable runs, with the column share
-    (%).
-    """
+    """Return the rows of models of a share of the most stable runs, with the column share (%)."""
     kept = rows[rows["fold"].str.endswith("%")]
     return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
 
@@ -60,9 +61,9 @@ def present(rows: pd.DataFrame) -> list[str]:
     return [name for name in order if name != "measured" and (rows["model"] == name).any()]
 
 
-def nothing(text: str) -> Figure:
+def nothing(text: str, height: float = 2.0, width: float = WIDTH) -> Figure:
     """Return an empty figure with a reason."""
-    figure = new_figure(2.0)
+    figure = new_figure(height, width)
     absent(figure.subplots(), text)
     return figure
 
@@ -102,3 +103,25 @@ def plain_log(axes: Axes) -> None:
     axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.grid(axis="y", linewidth=0.5)
+
+
+def listed_x(axes: Axes, values: Array) -> None:
+    """Make the horizontal axis logarithmic, with ticks at `values` (n,) as plain numbers."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def by_share(errors: pd.DataFrame, column: str, ylabel: str) -> Figure:
+    """Draw a band of repeats for every model over the share of the contact runs that it was trained on."""
+    figure = new_figure(4.4, 8.5)
+    axes = figure.subplots()
+    for model in present(errors):
+        band(axes, model, errors[errors["model"] == model], "share", column)
+    axes.set(yscale="log", xlabel="share of the contact runs trained on (%)", ylabel=ylabel)
+    axes.set_xticks(sorted(errors["share"].unique()))
+    plain_log(axes)
+    figure.legend(loc="outside right upper")
+    return figure

@@ -1,6 +1,6 @@
 """Draw maps of a whole campaign: one panel per cam, one cell per voltage and mass."""
 
-from __future__ import annotations
+from collections.abc import Iterable
 
 import numpy as np
 import pandas as pd
@@ -29,11 +29,16 @@ def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Pa
     grid = figure.subplots(len(strokes), len(rises), sharex=True, sharey=True, squeeze=False)
     for axes, beta in zip(grid[0], rises, strict=True):
         axes.set_title(level("beta", beta))
-    for axes, H in zip(grid[:, -1], strokes, strict=True):
-        axes.annotate(
-            level("H", H), (1.03, 0.5), xycoords="axes fraction", rotation=270, ha="left", va="center"
-        )
+    strokes_beside(grid[:, -1], strokes)
     return figure, {(H, b): grid[i, j] for i, H in enumerate(strokes) for j, b in enumerate(rises)}
+
+
+def strokes_beside(column: Iterable[Axes], strokes: Array) -> None:
+    """Write every stroke (rows,), m, beside the last panel of its row."""
+    for axes, H in zip(column, strokes, strict=True):
+        axes.annotate(
+            level("H", float(H)), (1.03, 0.5), xycoords="axes fraction", rotation=270, ha="left", va="center"
+        )
 
 
 def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
@@ -50,10 +55,7 @@ def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
 
 
 def edges(centres: Array) -> Array:
-    """Return the borders between cells in increasing order.
-
-    Takes centres (n,); gives (n + 1,).
-    """
+    """Return the borders between cells in increasing order. Takes centres (n,); gives (n + 1,)."""
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     inner = (centres[:-1] + centres[1:]) / 2.0
@@ -63,10 +65,7 @@ def edges(centres: Array) -> Array:
 def cells(
     panels: Panels, experiments: pd.DataFrame, values: Array, colours: Colormap, norm: Normalize
 ) -> QuadMesh:
-    """Draw values as cells of a map, and grey cells where the bench stalls.
-
-    Takes values (experiments,).
-    """
+    """Draw values as cells of a map, and grey cells where the bench stalls. Takes values (experiments,)."""
     V, m = levels(experiments, "V"), levels(experiments, "m")
     table = experiments[["H", "beta", "m", "V"]].assign(
         value=values, stall=np.where(experiments["label"] == "stall", 1.0, np.nan)
@@ -91,10 +90,7 @@ def cells(
 
 
 def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: str) -> Line2D:
-    """Draw a voltage for every cam and mass as a line through the maps.
-
-    Takes masses (rows,) in kg.
-    """
+    """Draw a voltage for every cam and mass as a line through the maps. Takes masses (rows,) in kg."""
     borders = edges(masses)
     heights = np.stack([borders[:-1], borders[1:]], axis=1).ravel()
     for cam, group in boundary.groupby(["H", "beta"]):

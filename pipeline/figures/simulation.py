@@ -1,7 +1,5 @@
 """Draw simulated held-out runs: examples, distributions, and the number of hidden units."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +13,7 @@ from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.examples import read
-from pipeline.figures.palette import band, handle, look, nothing, plain_log, present, shares, table
+from pipeline.figures.palette import band, by_share, handle, look, nothing, plain_log, present, shares, table
 from unmodelled.report.figures.style import BLACK, new_figure, setting, styled
 
 MSE = "MSE of ω ((rad/s)²)"
@@ -174,12 +172,4 @@ def extrapolation_errors(data: Path) -> Figure:
     if not len(errors):
         return nothing("no run of this campaign was simulated for the extrapolation")
     medians = errors.groupby(["model", "share", "repeat"])["omega_mse"].median().reset_index()
-    figure = new_figure(4.4, 8.5)
-    axes = figure.subplots()
-    for model in present(medians):
-        band(axes, model, medians[medians["model"] == model], "share", "omega_mse")
-    axes.set(yscale="log", xlabel="share of the contact runs trained on (%)", ylabel=MSE)
-    axes.set_xticks(sorted(medians["share"].unique()))
-    plain_log(axes)
-    figure.legend(loc="outside right upper")
-    return figure
+    return by_share(medians, "omega_mse", MSE)

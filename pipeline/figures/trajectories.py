@@ -1,7 +1,5 @@
 """Draw measured runs over time and over the angle, at the logged rate."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the withheld check, diagnoses of machines with known faults; see `pipeline.figures`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from pipeline.figures.palette import INDIGO, WINE, plain_log
-from unmodelled.base.parquet import read_parquet
+from pipeline.figures.palette import INDIGO, WINE, nothing, plain_log, tables_of
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
@@ -49,9 +46,7 @@ KINDS = {
 }
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by the verb tabulate_withheld."""
-    return read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
+table = tables_of("withheld")
 
 
 def readable(name: str) -> str:
@@ -69,11 +64,10 @@ def amplitude_detection(data: Path) -> Figure:
     single cases count, detectable or not.
     """
     rows = table(data, "detection")
+    if rows.empty:
+        return nothing("there is no case with a single effect", 4.4)
     figure = new_figure(4.4)
     axes = figure.subplots()
-    if rows.empty:
-        absent(axes, "there is no case with a single effect")
-        return figure
     for k, (name, look) in enumerate(FINDERS.items()):
         mine = rows[rows["what"] == name]
         # side by side, so that no interval hides another one
@@ -106,11 +100,10 @@ def confusion_matrix(data: Path) -> Figure:
     named.
     """
     counts = table(data, "confusion")
+    if counts.empty:
+        return nothing("no planted effect can be seen", 8.4)
     figure = new_figure(8.4)
     axes = figure.subplots()
-    if counts.empty:
-        absent(axes, "no planted effect can be seen")
-        return figure
     said = {*counts["family"], *counts["first_family"]}
     families = sorted(said - {*NOTHING, RARE})
     columns = [*families, *NOTHING, *({RARE} & said)]
@@ -146,11 +139,10 @@ def calibration_curve(data: Path) -> Figure:
     the line the diagnosis is overconfident.
     """
     rows = table(data, "calibration")
+    if rows.empty:
+        return nothing("there is no case", 4.6, 5.6)
     figure = new_figure(4.6, 5.6)
     axes = figure.subplots()
-    if rows.empty:
-        absent(axes, "there is no case")
-        return figure
     axes.axline((0.0, 0.0), slope=1.0, color=GREY, linewidth=1.4, zorder=1)
     bars = np.abs(rows[["low", "high"]].to_numpy().T - rows["right"].to_numpy())
     axes.errorbar(rows["confidence"], rows["right"], yerr=bars, color=INDIGO, linewidth=1.0, linestyle="none")

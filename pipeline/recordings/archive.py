@@ -1,7 +1,5 @@
 """Read published archives in their original form: a zip file or a folder, and its tables."""
 
-from __future__ import annotations
-
 import io
 import warnings
 import zipfile
@@ -20,20 +18,9 @@ from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER
 
 
 class Archive:
-    """The published files of a machine.
+    """The published files of a machine, in a zip file or folder, with or without folders around the files.
 
-    Args:
-        path: zip file or folder, with or without folders around the files; None where the user gave none.
-        variable: environment variable that can give `path`, for the error message.
-
-    Attributes:
-        path: path of a zip file or folder, with or without folders around the files; None if the user gave no
-            path.
-        variable: environment variable that can give `path`, for the error message.
-        members: paths of the files inside, sorted.
-
-    Raises:
-        BadInput: when there is no path, or no zip file or folder at this path.
+    `variable` is the environment variable that can give the path; `members` are the paths inside, sorted.
     """
 
     def __init__(self, path: str | None, variable: str) -> None:
@@ -115,10 +102,7 @@ class Archive:
 
 
 def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
-    """Convert cells to numbers.
-
-    Gives (n,).
-    """
+    """Convert cells to numbers; gives (n,)."""
     values = np.asarray(pd.to_numeric(cells, errors="coerce"), np.float64)
     bad = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
     if len(bad):

@@ -1,7 +1,5 @@
 """Measurements of the drivetrain of the cam-follower bench, in runs without follower jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -4,8 +4,6 @@ M. Schoukens and J.P. Noël, "Three benchmarks addressing open challenges in non
 IFAC World Congress, 2017; nonlinearbenchmark.org.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ Magazine, 2023; recordings of dfki-ric-underactuated-lab/double_pendulum at gith
 data/experiment_records/design_A.0, BSD-3-Clause.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 

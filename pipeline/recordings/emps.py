@@ -4,8 +4,6 @@ A. Janot, M. Gautier and M. Brunot, "Data set and reference models of EMPS", Wor
 identification benchmarks, 2019.
 """
 
-from __future__ import annotations
-
 import math
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Fetch the public data set of the dissertation, or copy it from a local path."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

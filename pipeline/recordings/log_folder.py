@@ -1,7 +1,5 @@
 """Recordings of measured experiments, each on its own clock, and their log folders."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,16 +20,11 @@ MOST = 10
 
 @dataclass(frozen=True)
 class Experiment:
-    """One row of experiments.csv and its log.
-
-    Attributes:
-        id: name of the experiment.
-        samples: table with the column t (s, from any start) and the columns of inputs and outputs.
-        constants: operating point, and `group` if experiments belong together; default: none.
-    """
+    """One row of experiments.csv and its log."""
 
     id: str
-    samples: pd.DataFrame
+    samples: pd.DataFrame  # columns t (s, from any start), inputs and outputs
+    #: Operating point, and `group` if some belong together
     constants: Mapping[str, float | str] = field(default_factory=dict)
 
 
@@ -88,10 +81,7 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
 
 
 def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where: str) -> pd.DataFrame:
-    """Resample a recording on a uniform clock, for recordings with different sampling rates.
-
-    Takes period in s.
-    """
+    """Resample a recording of several sampling rates on a uniform clock of `period` s."""
     t = recording["t"].to_numpy()
     steps = np.diff(t)
     if len(back := np.flatnonzero(~(steps > 0.0))):

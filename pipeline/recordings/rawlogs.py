@@ -4,8 +4,6 @@
 t, theta, omega, alpha, y, h, eps without a header.
 """
 
-from __future__ import annotations
-
 import io
 import re
 from pathlib import Path, PurePosixPath
@@ -28,15 +26,7 @@ COPIES = 4  # of a log's text, while its lines are told apart and read
 
 
 class RawLogs(Archive):
-    """The archive of a campaign.
-
-    Args:
-        path: path of the zip file, or of a folder with the same files.
-
-    Raises:
-        BadInput: when the archive is missing, damaged, too large after unpacking, or contains no
-            parameters.csv.
-    """
+    """The archive of a campaign."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(str(path), "DATASET")
@@ -66,10 +56,7 @@ class RawLogs(Archive):
         return table.sort_values("exp", ignore_index=True)
 
     def log(self, exp: int) -> Array:
-        """Return the validated log of an experiment.
-
-        Gives (7, n).
-        """
+        """Return the validated log of an experiment; gives (7, n)."""
         name = f"exp{exp}.csv"
         if name not in self._logs:
             raise BadInput(f"{self.path}: holds no {name}")
@@ -78,10 +65,7 @@ class RawLogs(Archive):
 
 
 def parse(text: bytes, where: str) -> Array:
-    """Read the numbers of a seven-row CSV file.
-
-    Gives (7, n).
-    """
+    """Read the numbers of a seven-row CSV file; gives (7, n)."""
     lines = text.replace(b"\r", b"").rstrip(b"\n").split(b"\n")
     if len(lines) != len(ROWS):
         raise BadInput(f"{where}: must have {len(ROWS)} rows ({', '.join(ROWS)}), got {len(lines)}")
@@ -109,10 +93,7 @@ def _first_bad_cell(lines: list[bytes]) -> str:
 
 
 def validate(log: Array, where: str) -> Array:
-    """Check that the signals of a log are physically possible.
-
-    Takes log (7, n); gives (7, n).
-    """
+    """Check that the signals of a log are physically possible. Takes log (7, n); gives (7, n)."""
     bad = np.argwhere(~np.isfinite(log))
     if len(bad):
         row, column = bad[0]

@@ -4,8 +4,6 @@ T. Wigren and J. Schoukens, "Three free data sets for development and benchmarki
 identification", European Control Conference, 2013; nonlinearbenchmark.org.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Recordings of isaac-sim2real/sage at github.com, folder output/real/so101/custom
 in TheRobotStudio/SO-ARM100, folder Simulation/SO101; both Apache-2.0.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import PurePosixPath

@@ -5,8 +5,6 @@ AI 7, 2020; recordings of shamilmamedov/dynamic_calibration at github.com, folde
 dataset_ur10e/jointwise_motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

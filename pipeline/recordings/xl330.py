@@ -5,8 +5,6 @@ M. Duclusaud and G. Passault, "Extended friction models for the physics simulati
 Apache-2.0.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

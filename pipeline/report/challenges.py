@@ -1,7 +1,5 @@
 """The four challenges of chapter 1 of the dissertation (section 1.4)."""
 
-from __future__ import annotations
-
 from pipeline.report.topics import Topic
 
 CHALLENGES = (

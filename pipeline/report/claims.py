@@ -1,7 +1,5 @@
 """Table of the dissertation's claims with computed numbers and verdicts."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping, Sequence
@@ -24,17 +22,8 @@ VERDICTS = {
 
 #: What every row of a claims file says.
 KEYS = (
-    "id",
-    "chapter",
-    "page",
-    "claim",
-    "dissertation",
-    "ours",
-    "interval",
-    "unit",
-    "protocol",
-    "data",
-    "verdict",
+    *("id", "chapter", "page", "claim", "dissertation", "ours"),
+    *("interval", "unit", "protocol", "data", "verdict"),
 )
 
 COLUMNS = ("Claim", "Page", "Dissertation", "Ours", "Verdict", "Protocol")

@@ -1,7 +1,5 @@
 """Read equations for pages: MathML with known elements only."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Convert the nested numbers of a metrics file to a table."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -23,7 +21,8 @@ def metrics_table(id: str, content: dict[str, Any]) -> Table:
         value, interval = quantity(leaf["value"], leaf.get("interval"))
         cells = (
             Cell(" · ".join(name), ".".join(name), "metric", note="\n".join(leaf.get("text", ()))),
-            Cell(value, exact(leaf["value"]), "figure" if _fits(leaf["value"]) else "words"),
+            # a short value stays on one line
+            Cell(value, exact(leaf["value"]), "figure" if len(str(leaf["value"])) < 25 else "words"),
             Cell(interval or "–", " to ".join(map(str, leaf.get("interval") or [])), "nowrap"),
             Cell(unit_text(leaf.get("unit")) or "–", leaf.get("unit") or ""),
             Cell(number(leaf.get("n")), exact(leaf.get("n"))),
@@ -52,11 +51,6 @@ def _about(content: dict[str, Any]) -> str:
     parts = [f"{key} {content[key]}" for key in ("profile", "revision") if content.get(key, "-") != "-"]
     parts += [duration(content["seconds"])] if content.get("seconds") else []
     return ", ".join(parts)
-
-
-def _fits(value: Any) -> bool:
-    """Whether a value is short enough to stay on one line."""
-    return len(str(value)) < 25
 
 
 def leaves(

@@ -1,7 +1,5 @@
 """The suggestions for future research of chapter 7 of the dissertation (section 7.2)."""
 
-from __future__ import annotations
-
 from pipeline.report.topics import Topic
 
 OUTLOOK = (

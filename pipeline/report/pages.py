@@ -1,7 +1,5 @@
 """Content of every page of the site; a new page is one line of `PAGES`, or a line and a template."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,37 +15,21 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Page:
-    """A page of the site: all results of its chapter, and further results by name.
+    """A page of the site: all results of its chapter, and further results by name."""
 
-    Attributes:
-        id: name of the file without suffix.
-        label: label in the navigation.
-        title: title of the page.
-        template: template of the page; default: the template of a chapter.
-        summary: text below the title; default: none.
-        chapter: chapter of the dissertation; default: none.
-        campaign: campaign whose results the page shows; default: none.
-        group: heading in the navigation; default "Chapters".
-        figures: ids of figures; "a|b" stands for the first one of the two that exists; default: none.
-        tables: ids of tables; default: none.
-        metrics: names of metrics files; default: none.
-        topics: topics that the chapter names; default: none.
-        command: command that computes missing results; default "make report".
-    """
-
-    id: str
-    label: str
+    id: str  # name of the file without suffix
+    label: str  # in the navigation
     title: str
     template: str = "chapter.html.j2"
-    summary: str = ""
-    chapter: int | None = None
-    campaign: str = ""
-    group: str = "Chapters"
-    figures: tuple[str, ...] = ()
-    tables: tuple[str, ...] = ()
-    metrics: tuple[str, ...] = ()
-    topics: tuple[Topic, ...] = ()
-    command: str = "make report"
+    summary: str = ""  # below the title
+    chapter: int | None = None  # of the dissertation
+    campaign: str = ""  # whose results the page shows
+    group: str = "Chapters"  # heading in the navigation
+    figures: tuple[str, ...] = ()  # ids; "a|b" stands for the first one of the two that exists
+    tables: tuple[str, ...] = ()  # ids
+    metrics: tuple[str, ...] = ()  # names of metrics files
+    topics: tuple[Topic, ...] = ()  # that the chapter names
+    command: str = "make report"  # computes missing results
 
     @property
     def file(self) -> str:
@@ -177,25 +159,15 @@ PAGES = (
 
 @dataclass(frozen=True)
 class Contents:
-    """Content of one page.
-
-    Attributes:
-        claims: table of the claims.
-        figures: figures of the page.
-        tables: tables of the page.
-        metrics: tables of numbers.
-        equations: rows of kind, text and mathml.
-        diagnoses: diagnoses of the page.
-        topics: topics of the page with their results.
-    """
+    """Content of one page."""
 
     claims: Table
     figures: list[Figure]
     tables: list[Table]
-    metrics: list[Table]
-    equations: list[dict[str, str]]
+    metrics: list[Table]  # tables of numbers
+    equations: list[dict[str, str]]  # rows of kind, text and mathml
     diagnoses: list[Diagnosis]
-    topics: list[Answered]
+    topics: list[Answered]  # with their results
 
     @property
     def empty(self) -> bool:

@@ -1,7 +1,5 @@
 """Read the results of other stages; missing results are left out."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -26,15 +24,8 @@ from unmodelled.report.tables import Table, file_table
 
 #: What the note of an execution says at least.
 EXECUTION = (
-    "stage",
-    "command",
-    "configuration",
-    "seed",
-    "seconds",
-    "finished",
-    "revision",
-    "machine",
-    "versions",
+    *("stage", "command", "configuration", "seed", "seconds"),
+    *("finished", "revision", "machine", "versions"),
 )
 
 

@@ -1,7 +1,5 @@
 """Results that the report shows."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,18 +12,11 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A diagnosis with its figures.
+    """A diagnosis with its figures."""
 
-    Attributes:
-        name: path relative to the folder of all diagnoses.
-        headline: verdict in one sentence.
-        data: kind of the data.
-        folder: folder of the diagnosis.
-    """
-
-    name: str
-    headline: str
-    data: str
+    name: str  # path relative to the folder of all diagnoses
+    headline: str  # verdict in one sentence
+    data: str  # kind of the data
     folder: Path
 
     @property
@@ -56,30 +47,19 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Results:
-    """All results of the report.
+    """All results of the report."""
 
-    Attributes:
-        claims: claims with their verdicts.
-        figures: drawn figures.
-        tables: CSV tables.
-        metrics: content of the metrics files by name.
-        campaigns: provenance of the campaigns by name.
-        runs: content of fit.json by path of the fit.
-        equations: chapter and rows of every file of equations.
-        diagnoses: diagnoses with figures.
-        executions: records of executed stages.
-        full: claims of the committed run with the full profile, by id.
-    """
-
-    claims: list[dict[str, Any]] = field(default_factory=list)
+    claims: list[dict[str, Any]] = field(default_factory=list)  # with their verdicts
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
-    metrics: dict[str, dict[str, Any]] = field(default_factory=dict)
-    campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)
-    runs: dict[str, dict[str, Any]] = field(default_factory=dict)
+    metrics: dict[str, dict[str, Any]] = field(default_factory=dict)  # content of the files by name
+    campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)  # provenance by name
+    runs: dict[str, dict[str, Any]] = field(default_factory=dict)  # content of fit.json by path of the fit
+    #: Chapter and rows of every file of equations
     equations: list[dict[str, Any]] = field(default_factory=list)
     diagnoses: list[Diagnosis] = field(default_factory=list)
-    executions: list[Mapping[str, Any]] = field(default_factory=list)
+    executions: list[Mapping[str, Any]] = field(default_factory=list)  # records of executed stages
+    #: Claims of the committed run with the full profile, by id
     full: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     def chapter_of(self, topic: str) -> int | None:

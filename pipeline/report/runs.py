@@ -1,7 +1,5 @@
 """Tables of executed stages, fitted models, campaigns and versions."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -63,7 +61,7 @@ def executions_table(executions: Sequence[Execution]) -> Table:
             Cell(e["stage"], e["stage"], "cell", note=e["command"]),
             Cell(number(e["seed"]), exact(e["seed"])),
             _time(e["seconds"], "figure"),
-            Cell(_moment(e["finished"]), e["finished"], "nowrap"),
+            Cell(e["finished"][:16].replace("T", " "), e["finished"], "nowrap"),
             Cell(e["revision"], e["revision"], "mono"),
             Cell("all keys", "", link=f"configs/{quote(configuration_file(e))}"),
         )
@@ -83,10 +81,6 @@ def executions_table(executions: Sequence[Execution]) -> Table:
 def configuration_file(execution: Execution) -> str:
     """Return the name of the file of an execution's configuration."""
     return f"{str(execution['stage']).replace('/', '_')}.txt"
-
-
-def _moment(iso: str) -> str:
-    return iso[:16].replace("T", " ")
 
 
 def versions_table(executions: Sequence[Execution]) -> Table:

@@ -1,7 +1,5 @@
 """Write the site: index.html, and all other files in the folder site."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,25 +36,16 @@ GENERATOR = '<meta name="generator" content="pipeline site">'
 
 @dataclass(frozen=True)
 class Site:
-    """All pages with their content.
-
-    Attributes:
-        results: all results.
-        pages: pages in the order of the navigation.
-        shown: content of the pages by id.
-        record: tables of the executed stages, by id of the table.
-    """
+    """All pages with their content."""
 
     results: Results
-    pages: list[Page]
-    shown: dict[str, Contents]
+    pages: list[Page]  # in the order of the navigation
+    shown: dict[str, Contents]  # content of the pages by id
     #: What was run, when and with what, by the id of the table.
     record: dict[str, Table]
 
     def origin(self, page: Page) -> str:
-        """Return the kind of the data of a page: from its campaign, from its content, or from all
-        campaigns.
-        """
+        """Return the kind of the data of a page: from its campaign, its content, or all campaigns."""
         if page.campaign in self.results.campaigns:
             return str(self.results.campaigns[page.campaign]["data"])
         every = {str(about["data"]) for about in self.results.campaigns.values()}

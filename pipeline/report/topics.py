@@ -1,7 +1,5 @@
 """Topics that a chapter of the dissertation names, with the results of this project on each of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,46 +11,27 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Topic:
-    """Topic that a chapter of the dissertation names.
+    """Topic that a chapter of the dissertation names."""
 
-    Attributes:
-        id: anchor of the topic on its page.
-        title: heading of the topic.
-        section: section of the dissertation that names the topic.
-        asks: request of the dissertation.
-        has: part of the request that this project has, in words without numbers.
-        lacks: part of the request that is missing, as a noun phrase.
-        claims: ids of claims whose verdicts belong to the topic; default: none.
-        numbers: numbers, or groups of numbers, as "<metrics file>.<key>.<key>"; default: none.
-        pages: ids of the pages that show more; default: none.
-        verbs: verbs of the command `unmodelled` that do this on any machine; default: none.
-    """
-
-    id: str
+    id: str  # anchor on its page
     title: str
-    section: str
-    asks: str
-    has: str
-    lacks: str
-    claims: tuple[str, ...] = ()
-    numbers: tuple[str, ...] = ()
-    pages: tuple[str, ...] = ()
-    verbs: tuple[str, ...] = ()
+    section: str  # section of the dissertation that names the topic
+    asks: str  # request of the dissertation
+    has: str  # part of the request that this project has, in words without numbers
+    lacks: str  # part of the request that is missing, as a noun phrase
+    claims: tuple[str, ...] = ()  # ids of claims whose verdicts belong to the topic
+    numbers: tuple[str, ...] = ()  # "<metrics file>.<key>.<key>", numbers or groups of numbers
+    pages: tuple[str, ...] = ()  # ids of the pages that show more
+    verbs: tuple[str, ...] = ()  # verbs of the command `unmodelled` that do this on any machine
 
 
 @dataclass(frozen=True)
 class Answered:
-    """Topic with the results that exist.
-
-    Attributes:
-        topic: topic.
-        claims: table of its claims.
-        numbers: tables of its numbers, one per metrics file.
-    """
+    """Topic with the results that exist."""
 
     topic: Topic
     claims: Table
-    numbers: list[Table]
+    numbers: list[Table]  # one table per metrics file
 
     @property
     def tables(self) -> list[Table]:

@@ -147,74 +147,40 @@ class CamFollowerRig:
     The friction torque of the drive is gear_friction - gear_friction_drop exp(-|omega| /
     gear_friction_speed). The encoder is on the motor side of the drive shaft, and so measures the wind-up
     torque / shaft_stiffness too. Speed and acceleration are slopes of parabolas through `smoothing` samples.
-
-    Attributes:
-        torque_constant: torque constant including the gear ratio, N m/A.
-        resistance: resistance of the winding, ohm.
-        inductance: inductance of the winding, H.
-        inertia: inertia of rotor and gear, kg m^2.
-        gear_friction: friction torque at high speed, N m.
-        gear_friction_drop: difference between the friction torque at high speed and at standstill, N m.
-        gear_friction_speed: speed over which the friction torque rises, rad/s.
-        friction_scatter: standard deviation of the friction torque between assemblies, N m.
-        ripple: amplitude of the torque ripple, N m.
-        ripple_order: number of periods of the torque ripple per turn.
-        gravity: gravitational acceleration, m/s^2.
-        guide_coulomb: Coulomb friction of the guide, N.
-        guide_viscous: viscous friction of the guide, N s/m.
-        guide_side: friction of the guide as a share of the side load.
-        restitution: coefficient of restitution of impacts.
-        merge_velocity: speed below which an impact has no rebound, m/s.
-        base_radius: base radius of the cams, m.
-        roller_radius: radius of the roller, m.
-        rounding: smoothing width of the pitch curve, rad.
-        plate_density: areal density of a cam, kg/m^2; the default is solid PLA.
-        shaft_stiffness: torsional stiffness of the drive shaft, N m/rad.
-        encoder_count: resolution of the encoder, rad.
-        linear_count: resolution of the linear scale, m; the default is a 2 um grating read four times.
-        smoothing: number of samples in the parabola of the slopes.
-        form_error: form error of a printed cam, root mean square, as a share of H.
-        vibration: vibration of the follower's measurement at high speed, root mean square, m.
-        period: sampling period, s.
-        jitter: standard deviation of the sampling instants, s.
-        start_mean: mean angle at the start of a run, rad.
-        start_scatter: standard deviation of this angle, rad.
-        stop_angle: angle at which a run ends, rad.
-        patience: time without progress after which a run ends, s.
     """
 
-    torque_constant: float = 0.267
-    resistance: float = 0.971
-    inductance: float = 3e-4
-    inertia: float = 0.0042
-    gear_friction: float = 0.79
-    gear_friction_drop: float = 0.2
-    gear_friction_speed: float = 5.0
-    friction_scatter: float = 0.03
-    ripple: float = 0.01
-    ripple_order: float = 8.5
-    gravity: float = 9.81
-    guide_coulomb: float = 0.5
-    guide_viscous: float = 12.0
-    guide_side: float = 0.2
+    torque_constant: float = 0.267  # including the gear ratio, N m/A
+    resistance: float = 0.971  # resistance of the winding, ohm
+    inductance: float = 3e-4  # inductance of the winding, H
+    inertia: float = 0.0042  # of rotor and gear, kg m^2
+    gear_friction: float = 0.79  # at high speed, N m
+    gear_friction_drop: float = 0.2  # share of it that is lacking at standstill, N m
+    gear_friction_speed: float = 5.0  # speed over which the friction torque rises, rad/s
+    friction_scatter: float = 0.03  # standard deviation between assemblies, N m
+    ripple: float = 0.01  # amplitude, N m
+    ripple_order: float = 8.5  # periods per turn
+    gravity: float = 9.81  # m/s^2
+    guide_coulomb: float = 0.5  # N
+    guide_viscous: float = 12.0  # N s/m
+    guide_side: float = 0.2  # share of the side load
     restitution: float = 0.4
-    merge_velocity: float = 0.005
-    base_radius: float = 0.02
-    roller_radius: float = 0.008
-    rounding: float = 0.01
-    plate_density: float = 13.6
-    shaft_stiffness: float = 50.0
-    encoder_count: float = TURN / 40_000
-    linear_count: float = 5e-7
-    smoothing: int = 77
-    form_error: float = 1.2e-3
-    vibration: float = 1.5e-5
-    period: float = 4.9972e-4
-    jitter: float = 1e-6
-    start_mean: float = -0.06
-    start_scatter: float = 0.09
-    stop_angle: float = 4 * TURN + 0.03
-    patience: float = 1.5
+    merge_velocity: float = 0.005  # speed below which an impact has no rebound, m/s
+    base_radius: float = 0.02  # of the cams, m
+    roller_radius: float = 0.008  # m
+    rounding: float = 0.01  # smoothing width of the pitch curve, rad
+    plate_density: float = 13.6  # areal density of a cam, kg/m^2; solid PLA
+    shaft_stiffness: float = 50.0  # N m/rad
+    encoder_count: float = TURN / 40_000  # rad
+    linear_count: float = 5e-7  # m; a 2 um grating read four times
+    smoothing: int = 77  # samples in the parabola of the slopes
+    form_error: float = 1.2e-3  # root mean square, as a share of H
+    vibration: float = 1.5e-5  # of the follower's measurement at high speed, root mean square, m
+    period: float = 4.9972e-4  # s
+    jitter: float = 1e-6  # standard deviation of the sampling instants, s
+    start_mean: float = -0.06  # angle, rad
+    start_scatter: float = 0.09  # its standard deviation, rad
+    stop_angle: float = 4 * TURN + 0.03  # rad
+    patience: float = 1.5  # time without progress after which a run ends, s
 
     def simulate(
         self, H: float, beta: float, m: float, V: float, theta: float = 0.0, omega: float = 0.0,

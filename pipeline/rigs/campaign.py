@@ -56,10 +56,7 @@ class CamFollowerCampaign(VirtualCampaign):
 def factorial(
     heights: Iterable[float], skews: Iterable[float], masses: Iterable[float], voltages: Iterable[float]
 ) -> pd.DataFrame:
-    """Return a full factorial of the settings; V varies fastest, exp counts from 1.
-
-    Takes heights in m, skews in rad, masses in kg, voltages in V.
-    """
+    """Return a full factorial of heights (m), skews (rad), masses (kg), voltages (V, varies fastest)."""
     table = pd.DataFrame(product(heights, skews, masses, voltages), columns=list(FACTORS), dtype=float)
     table.insert(0, "exp", range(1, len(table) + 1))
     return table

@@ -4,8 +4,6 @@ The spring's threshold and the touch point of the plates change after each engag
 from a clipped normal distribution (section 3.3.3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -29,21 +27,13 @@ _EDGE = 0.002  # duration (s) of a step: the amplifier limits the rate of its cu
 
 @dataclass(frozen=True)
 class Profiles:
-    """A full factorial of fill pulses and ramps.
+    """A full factorial of fill pulses and ramps."""
 
-    Attributes:
-        pulse: level of the fill pulse, A.
-        highest: level at which the ramp ends, A.
-        u1: widths of the pulse, s.
-        u2: levels from which the ramp starts, A.
-        u3: slopes of the ramp, A/s.
-    """
-
-    pulse: float
-    u1: Sequence[float]
-    u2: Sequence[float]
-    u3: Sequence[float]
-    highest: float = 0.6
+    pulse: float  # level of the fill pulse, A
+    u1: Sequence[float]  # widths of the pulse, s
+    u2: Sequence[float]  # levels from which the ramp starts, A
+    u3: Sequence[float]  # slopes of the ramp, A/s
+    highest: float = 0.6  # level at which the ramp ends, A
 
     @property
     def settings(self) -> list[tuple[float, float, float]]:
@@ -51,10 +41,7 @@ class Profiles:
         return list(product(self.u1, self.u2, self.u3))
 
     def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
-        """Return the set-point of the current: zero before t = 0, the pulse until u1, then the ramp.
-
-        Takes t (n,) in s, u1 in s, u2 in A, u3 in A/s; gives (n,) in A.
-        """
+        """Return the current (n,), A, at t (n,), s: 0, the pulse until u1, then a ramp from u2, slope u3."""
         top = u1 + (self.highest - u2) / u3
         times = [0.0, _EDGE, u1, u1 + _EDGE, top]
         levels = [0.0, self.pulse, self.pulse, u2 + u3 * _EDGE, self.highest]
@@ -123,9 +110,7 @@ class ClutchCampaign(VirtualCampaign):
         return SHARP if self.sharp else MILD
 
     def table(self) -> pd.DataFrame:
-        """Return the engagements: id, file, u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm,
-        profile.
-        """
+        """Return engagements, with u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm, profile."""
         rows = product(enumerate(self.profiles.settings, start=1), SPEEDS, BRAKES)
         return pd.DataFrame(
             [

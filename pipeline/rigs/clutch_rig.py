@@ -16,19 +16,12 @@ _START = 0.999  # speed of the idle input shaft over the motor's
 
 @dataclass(frozen=True)
 class Setting:
-    """Settings of n engagements.
+    """Settings of n engagements."""
 
-    Attributes:
-        omega_m: speed of the motor, rad/s, shape (n,).
-        brake: torque of the brake, N m, shape (n,).
-        threshold: threshold pressure of the return spring, bar, shape (n,).
-        touch: touch point of the plates, mm, shape (n,).
-    """
-
-    omega_m: Array
-    brake: Array
-    threshold: Array
-    touch: Array
+    omega_m: Array  # (n,), speed of the motor, rad/s
+    brake: Array  # (n,), N m
+    threshold: Array  # (n,), threshold pressure of the return spring, bar
+    touch: Array  # (n,), touch point of the plates, mm
 
     def only(self, i: int) -> "Setting":
         """Return the setting of one engagement, with arrays of shape (1,)."""
@@ -42,68 +35,38 @@ class ClutchRig:
 
     Valve and chamber follow eq. 3.16, the piston eq. 3.17. The torque ratio of the converter is max(1, ratio
     - slope nu) and its capacity C0 (1 - nu^4), with nu = omega_1 / omega_m.
-
-    Attributes:
-        wn: natural frequency of the valve, rad/s.
-        zeta: damping ratio of the valve.
-        Kp: gain of the valve, bar/A.
-        p_rest: pressure without current, bar.
-        b2: gain of the current's slope, bar/(A s).
-        Kz: gain of the piston, mm/bar.
-        tau_z: time constant of the piston, s.
-        c2: gain of the pressure's slope, mm/bar.
-        p_hc0: threshold pressure of the return spring, bar.
-        z_M: stroke of the piston, mm.
-        z_p: touch point of the plates, mm.
-        w_delta: half width of the transition from film to plates, mm.
-        gamma: drag of the oil film, N m mm s/rad.
-        gap: smallest gap of the oil film, mm.
-        alpha: friction torque of the plates per pressure, N m/bar.
-        R: gear ratio between the shafts.
-        J1: inertia of the input shaft, kg m^2.
-        J2: inertia of the output shaft, kg m^2.
-        b: viscous friction of the output shaft, N m s/rad.
-        ratio: torque ratio of the converter at standstill.
-        slope: slope of the torque ratio over the speed ratio.
-        C0: capacity of the converter at standstill, N m s^2/rad^2.
     """
 
-    wn: float = 30.0
-    zeta: float = 0.9
-    Kp: float = 20.0
-    p_rest: float = 0.2
-    b2: float = 40.0
-    Kz: float = 1.0
-    tau_z: float = 0.25
-    c2: float = 0.0
-    p_hc0: float = 2.05
-    z_M: float = 2.0
-    z_p: float = 1.5
-    w_delta: float = 0.1
-    gamma: float = 0.04
-    gap: float = 0.05
-    alpha: float = 22.0
-    R: float = 2.5
-    J1: float = 0.25
-    J2: float = 2.5
-    b: float = 0.05
-    ratio: float = 2.0
-    slope: float = 1.15
-    C0: float = 0.00487
+    wn: float = 30.0  # natural frequency of the valve, rad/s
+    zeta: float = 0.9  # damping ratio of the valve
+    Kp: float = 20.0  # gain of the valve, bar/A
+    p_rest: float = 0.2  # pressure without current, bar
+    b2: float = 40.0  # gain of the current's slope, bar/(A s)
+    Kz: float = 1.0  # gain of the piston, mm/bar
+    tau_z: float = 0.25  # time constant of the piston, s
+    c2: float = 0.0  # gain of the pressure's slope, mm/bar
+    p_hc0: float = 2.05  # threshold pressure of the return spring, bar
+    z_M: float = 2.0  # stroke of the piston, mm
+    z_p: float = 1.5  # touch point of the plates, mm
+    w_delta: float = 0.1  # half width of the transition from film to plates, mm
+    gamma: float = 0.04  # drag of the oil film, N m mm s/rad
+    gap: float = 0.05  # smallest gap of the oil film, mm
+    alpha: float = 22.0  # friction torque of the plates per pressure, N m/bar
+    R: float = 2.5  # gear ratio between the shafts
+    J1: float = 0.25  # inertia of the input shaft, kg m^2
+    J2: float = 2.5  # inertia of the output shaft, kg m^2
+    b: float = 0.05  # viscous friction of the output shaft, N m s/rad
+    ratio: float = 2.0  # torque ratio of the converter at standstill
+    slope: float = 1.15  # slope of the torque ratio over the speed ratio
+    C0: float = 0.00487  # capacity of the converter at standstill, N m s^2/rad^2
 
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
-        """Return the torque T_1 of the converter on the input shaft.
-
-        Takes omega_1 (n,) in rad/s, omega_m (n,) in rad/s; gives (n,) in N m.
-        """
+        """Return the torque T_1 (n,), N m, of the converter on the input shaft, at speeds in rad/s."""
         nu = omega_1 / omega_m
         return omega_m**2 * np.maximum(1.0, self.ratio - self.slope * nu) * self.C0 * (1.0 - nu**4)
 
     def clutch(self, p: Array, z: Array, slip: Array, touch: Array) -> Array:
-        """Return the torque T_c of the slipping clutch.
-
-        Takes p (n,), z (n,), slip (n,) in rad/s, touch (n,); gives (n,) in N m.
-        """
+        """Return the torque T_c (n,), N m, of the clutch that slips with `slip` rad/s."""
         z = np.clip(z, 0.0, self.z_M)
         x = np.clip(0.5 + (z - touch) / (2.0 * self.w_delta), 0.0, 1.0)
         contact = x * x * (3.0 - 2.0 * x)
@@ -112,10 +75,7 @@ class ClutchRig:
         return contact * self.alpha * plates + (1.0 - contact) * film
 
     def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Bools) -> Array:
-        """Return the time derivatives of the states.
-
-        Takes x (5, n), u (n,) in A, du (n,) in A/s, locked (n,); gives (5, n).
-        """
+        """Return the time derivatives of the states x (5, n) at u (n,), A, with slope du, A/s."""
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
         dz = (self.Kz * (p - setting.threshold) - z) / self.tau_z + self.c2 * dp
@@ -129,10 +89,7 @@ class ClutchRig:
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
     def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Bools) -> Array:
-        """Integrate one Runge-Kutta step with a linear course of the current.
-
-        Takes x (5, n), u (n,) in A, du (n,) in A/s, h in s, locked (n,); gives (5, n).
-        """
+        """Integrate x (5, n) over a Runge-Kutta step of h s with a linear course of the current u (n,), A."""
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)
         k3 = self.rates(x + 0.5 * h * k2, u + 0.5 * h * du, du, setting, locked)
@@ -174,9 +131,7 @@ class ClutchRig:
         return run | {"z": np.clip(run["z"], 0.0, self.z_M), "shift": shift}
 
     def _lock(self, x: Array, u: Array, du: Array, h: float, setting: Setting) -> tuple[float, Array]:
-        """Return the time within a step of `h` at which the shafts have equal speeds, s, and the state at its
-        end.
-        """
+        """Return the time, s, within a step of `h` s at which speeds are equal, and the state at its end."""
         slipping, turning = np.array([False]), np.array([True])
 
         def slip(after: float) -> float:

@@ -46,10 +46,7 @@ def cam_spline(
 
 @kept()
 def profile(theta: float, spline: Array) -> tuple[float, float, float]:
-    """Return the lift of the roller centre (m) and its first (m/rad) and second derivative (m/rad^2).
-
-    Takes theta in rad, spline (4, cells).
-    """
+    """Return lift (m), first (m/rad) and second derivative (m/rad^2) from a spline (4, cells)."""
     width = 2.0 * np.pi / spline.shape[1]
     k = int((theta % (2.0 * np.pi)) / width) % spline.shape[1]
     u = theta % (2.0 * np.pi) - k * width

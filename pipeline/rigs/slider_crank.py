@@ -65,67 +65,37 @@ class SliderCrankRig:
     The crank's centre of mass is at half its length; the rod is slender. The force of the spring is preload +
     stiffness d + stiffening (d / 0.1 m)^4. Dry friction of the slider is regularised by tanh(v / stick). The
     torque ripple is ripple sin(6 theta) + ripple_share T sin(12 theta).
-
-    Attributes:
-        crank_mass: mass of the crank, kg.
-        rod_mass: mass of the rod, kg.
-        slider_mass: mass of the slider, kg.
-        crank_length: length of the crank, m.
-        rod_length: length of the rod, m.
-        shaft_inertia: inertia of motor and crank about the shaft, kg m^2.
-        damping: viscous friction of the shaft, N m s/rad.
-        gravity: gravitational acceleration, m/s^2.
-        preload: force of the spring at d = 0, N.
-        stiffness: linear stiffness of the spring, N/m.
-        stiffening: progressive force of the spring at d = 0.1 m, N.
-        coulomb: Coulomb friction of the slider, N.
-        static: static friction of the slider, N.
-        stribeck: Stribeck speed, m/s.
-        viscous: viscous friction of the slider, N s/m.
-        stick: speed over which dry friction changes its sign, m/s.
-        ripple: amplitude of the torque ripple, N m.
-        ripple_share: amplitude of the torque ripple as a share of the commanded torque.
-        encoder_counts: counts of the encoder per turn.
-        torque_noise: root mean square noise of the torque, N m.
-        period: sampling period, s.
-        jitter: root mean square jitter of the clock, s.
     """
 
-    crank_mass: float = 0.23
-    rod_mass: float = 0.35
-    slider_mass: float = 0.77
-    crank_length: float = 0.05
-    rod_length: float = 0.29
-    shaft_inertia: float = 0.0034
-    damping: float = 0.007
-    gravity: float = 9.81
-    preload: float = 1.0
-    stiffness: float = 60.0
-    stiffening: float = 55.0
-    coulomb: float = 3.0
-    static: float = 4.5
-    stribeck: float = 0.03
-    viscous: float = 4.0
-    stick: float = 0.002
-    ripple: float = 0.02
+    crank_mass: float = 0.23  # kg
+    rod_mass: float = 0.35  # kg
+    slider_mass: float = 0.77  # kg
+    crank_length: float = 0.05  # m
+    rod_length: float = 0.29  # m
+    shaft_inertia: float = 0.0034  # of motor and crank, about the shaft, kg m^2
+    damping: float = 0.007  # of the shaft, N m s/rad
+    gravity: float = 9.81  # m/s^2
+    preload: float = 1.0  # N
+    stiffness: float = 60.0  # N/m
+    stiffening: float = 55.0  # N
+    coulomb: float = 3.0  # of the slider, N
+    static: float = 4.5  # of the slider, N
+    stribeck: float = 0.03  # speed, m/s
+    viscous: float = 4.0  # of the slider, N s/m
+    stick: float = 0.002  # m/s
+    ripple: float = 0.02  # N m
     ripple_share: float = 0.01
-    encoder_counts: int = 8192
-    torque_noise: float = 0.01
-    period: float = 5e-4
-    jitter: float = 1e-6
+    encoder_counts: int = 8192  # per turn
+    torque_noise: float = 0.01  # root mean square, N m
+    period: float = 5e-4  # s
+    jitter: float = 1e-6  # root mean square, s
 
     def spring(self, d: Any) -> Any:
-        """Return the force of the spring towards the shaft, N.
-
-        Takes d (any shape).
-        """
+        """Return the force of the spring towards the shaft, N. Takes d (any shape)."""
         return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
 
     def friction(self, v: float) -> float:
-        """Return the friction force against the motion of the slider, N.
-
-        Takes v in m/s.
-        """
+        """Return the friction force against the motion of the slider, N. Takes v in m/s."""
         dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
         return dry * tanh(v / self.stick) + self.viscous * v
 

@@ -20,39 +20,22 @@ from unmodelled.base.files import write_json
 
 @dataclass(frozen=True)
 class MotorBench:
-    """A separately excited DC motor in steady state at a constant voltage.
+    """A separately excited DC motor in steady state at a constant voltage."""
 
-    Attributes:
-        voltage: voltage of the armature, V.
-        resistance: resistance of the cold winding, Ohm.
-        brushes: voltage drop of the brushes, V.
-        constant: motor constant K without load, V s/rad.
-        dry: torque of dry friction, N m.
-        viscous: coefficient of viscous friction, N m s/rad.
-        nominal: nominal current, A.
-        warming: relative rise of the winding's resistance at the nominal current.
-        reaction: relative fall of the motor constant at the nominal current.
-        fan: power of the fan, W.
-        fan_starts: current above which the fan runs, A; the transition is about one ampere wide.
-    """
-
-    voltage: float = 200.0
-    resistance: float = 3.4
-    brushes: float = 2.0
-    constant: float = 1.25
-    dry: float = 0.55
-    viscous: float = 0.006
-    nominal: float = 15.0
-    warming: float = 0.3
-    reaction: float = 0.08
-    fan: float = 120.0
-    fan_starts: float = 9.0
+    voltage: float = 200.0  # of the armature, V
+    resistance: float = 3.4  # of the cold winding, ohm
+    brushes: float = 2.0  # voltage drop, V
+    constant: float = 1.25  # motor constant K without load, V s/rad
+    dry: float = 0.55  # friction, N m
+    viscous: float = 0.006  # friction, N m s/rad
+    nominal: float = 15.0  # current, A
+    warming: float = 0.3  # relative rise of the winding's resistance at the nominal current
+    reaction: float = 0.08  # relative fall of the motor constant at the nominal current
+    fan: float = 120.0  # power, W
+    fan_starts: float = 9.0  # current above which the fan runs, A; the transition is about one ampere wide
 
     def efficiency(self, current: Array) -> Array:
-        """Return the ratio of mechanical to electrical power.
-
-        Takes current (n,) in A; gives (n,).
-        """
+        """Return the ratio of mechanical to electrical power. Takes current (n,) in A; gives (n,)."""
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)
         constant = self.constant * (1.0 - self.reaction * load**1.5)

@@ -1,7 +1,5 @@
 """Base class of the campaigns of virtual benches, the sources of `acquire`."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any

@@ -112,15 +112,7 @@ def _tables(
     demo: Sequence[float] | None,
     budget: Mapping[str, int],
 ) -> dict[str, pd.DataFrame]:
-    """Return all tables but the response.
-
-    Args:
-        study: comparison of the methods on one problem.
-        best: identified distribution parameters by method, shape (2 n,) each.
-        planted: distribution parameters of the redrawn data sets, shape (2 n,).
-        demo: further distribution parameters to compare with Monte Carlo samples; None for none.
-        budget: numbers of data sets, Monte Carlo samples and repeats of a sampling rule.
-    """
+    """Return all tables but the response; `best`, `planted` and `demo` are parameters (2 n,)."""
     identified, accuracy = study.data_sets(best, planted, budget["data_sets"])
     shown = {} if demo is None else {"demo": np.array(demo, np.float64)}
     against_samples, densities = study.against_monte_carlo(

@@ -80,13 +80,7 @@ def tabulate_jumps(
 
 
 def _chapter(found: dict[str, pd.DataFrame], experiments: pd.DataFrame, split: Split) -> dict[str, Any]:
-    """Return the numbers of chapter5.json: predictions, F-dagger as a classifier, and attributions.
-
-    Args:
-        found: tables of predictions and attributions by name.
-        experiments: table of the runs.
-        split: uniform split, for F-dagger as a classifier.
-    """
+    """Return the numbers of chapter5.json; `split` is the uniform one, for F-dagger as a classifier."""
     chapter = chapter5.predictions(found["runs"])
     scarce = fold_named(split.folds(experiments), chapter5.SCARCE)
     accuracy = chapter5.force_accuracy(experiments.iloc[scarce.test])

@@ -1,7 +1,5 @@
 """Read the diagnoses of withheld cases together with the planted effects."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,9 +16,7 @@ from unmodelled.systems.reader import read_system
 def answers(
     cases: Path, diagnoses: Path, refits: Path
 ) -> Iterator[tuple[Path, dict[str, Any], dict[str, Any]]]:
-    """Return the place <campaign>/<case>, the content of diagnosis.json and the table row (see `judged`) of
-    every case.
-    """
+    """Return place <campaign>/<case>, diagnosis.json and table row (see `judged`) of every case."""
     for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
         place = case.relative_to(cases)
         name = f"{case.name}.json"

@@ -1,7 +1,5 @@
 """Determine the channels at which a parameter acts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Paths of withheld cases and their diagnoses: <campaign>/<case>, one kind of cases per campaign."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

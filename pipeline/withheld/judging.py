@@ -7,8 +7,6 @@ Effects that describe the measurement chain (`tolerated` in truth.json), or that
 one of these, are neither right nor wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
@@ -28,31 +26,20 @@ OUTSIDE = "unknown"  # what truth.json has as verdict where an effect is of no f
 
 @dataclass(frozen=True)
 class Planted:
-    """A planted effect of truth.json.
-
-    Attributes:
-        family: family of the effect.
-        channel: channel of the effect.
-        answers: families and channels of the right answers.
-        factor: factor of the operating point at one level of which the effect acts; None: the effect acts in
-            all experiments.
-        level: level of the factor.
-        seen: whether the oracle sees the effect.
-        share: share of the squared gap of the case.
-        material: whether this share is at least a tenth.
-    """
+    """A planted effect of truth.json."""
 
     family: str
     channel: str
-    answers: frozenset[tuple[str, str]]
+    answers: frozenset[tuple[str, str]]  # families and channels that are right
+    #: Of the operating point, at one level of which the effect acts; None: in all experiments
     factor: str | None
-    level: float | str | None
-    seen: bool
-    share: float = 1.0
-    material: bool = True
+    level: float | str | None  # of the factor
+    seen: bool  # by the oracle
+    share: float = 1.0  # of the squared gap of the case
+    material: bool = True  # whether this share is at least a tenth
 
     @classmethod
-    def of(cls, row: Content, seen: bool) -> Planted:
+    def of(cls, row: Content, seen: bool) -> "Planted":
         """Read a planted effect."""
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
@@ -70,9 +57,7 @@ class Planted:
         return frozenset(channel for _, channel in self.answers)
 
     def is_named(self, named: Content, acts_at: ActsAt) -> bool:
-        """Tell whether a diagnosed effect names this effect, in whichever experiments the diagnosed effect
-        acts.
-        """
+        """Tell whether a diagnosed effect names this effect, in whichever experiments it acts."""
         own = [f"parameter:{named['parameter']}"] if named.get("parameter") else []
         every = [*own, *channels(named["port"], acts_at)]
         return any((named["family"], channel) in self.answers for channel in every)
@@ -83,37 +68,27 @@ class Planted:
 
 
 def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
-    """Yield a channel of diagnosis.json, and for a parameter also the channels at which the
-    parameter acts.
-    """
+    """Yield a channel of diagnosis.json, and for a parameter also the channels at which it acts."""
     yield port
     yield from acts_at.get(port, ())
 
 
 @dataclass(frozen=True)
 class Case:
-    """Planted effects and diagnosis of a case.
-
-    Attributes:
-        planted: planted effects.
-        outside: whether the planted effect belongs to no family.
-        gap_seen: whether the oracle sees a gap.
-        diagnosis: content of diagnosis.json.
-        acts_at: channels at which each parameter acts, see `parameter_channels`.
-        tolerated: families and channels that describe parts of the measurement chain.
-    """
+    """Planted effects and diagnosis of a case."""
 
     planted: tuple[Planted, ...]
-    outside: bool
-    gap_seen: bool
-    diagnosis: Content
-    acts_at: ActsAt
+    outside: bool  # the planted effect belongs to no family
+    gap_seen: bool  # by the oracle
+    diagnosis: Content  # content of diagnosis.json
+    acts_at: ActsAt  # see `parameter_channels`
+    #: Families and channels that describe parts of the measurement chain
     tolerated: frozenset[tuple[str, str]] = frozenset()
 
     @classmethod
     def of(
         cls, truth: Content, diagnosis: Content, acts_at: ActsAt, seen: Sequence[bool], gap_seen: bool = True
-    ) -> Case:
+    ) -> "Case":
         """Compare a diagnosis with truth.json; `seen` and `gap_seen` are what the oracle sees."""
         planted = tuple(Planted.of(row, one) for row, one in zip(truth["effects"], seen, strict=True))
         tolerated = frozenset((row["family"], row["channel"]) for row in truth.get("tolerated", ()))
@@ -191,11 +166,7 @@ class Case:
 
     @property
     def channel(self) -> bool:
-        """Whether the diagnosis attributes the gap to a channel with a planted effect.
-
-        The channel of the strongest effect counts; without effects, the channel with the largest share
-        counts.
-        """
+        """Whether the channel of the strongest effect, or else of the largest share, has a planted effect."""
         said: list[str] = [effect["port"] for effect in self.diagnosis["effects"]]
         if not said:
             shares = self.diagnosis["where"]["channels"]

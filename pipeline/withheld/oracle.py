@@ -1,7 +1,5 @@
 """Compute the best possible diagnosis: the effects are known, only their parameters are fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -28,20 +26,12 @@ STARTS = 64
 
 @dataclass(frozen=True)
 class Known:
-    """A planted effect.
-
-    Attributes:
-        family: family of the effect.
-        channel: channel of the effect.
-        factor: factor of the operating point at one level of which the effect acts; default: the effect acts
-            in all experiments.
-        level: level of the factor.
-    """
+    """A planted effect."""
 
     family: str
     channel: str
-    factor: str | None = None
-    level: float | str | None = None
+    factor: str | None = None  # of the operating point, at one level of which the effect acts
+    level: float | str | None = None  # of the factor
 
     def candidates(self, system: System) -> Iterator[tuple[Effect, Place]]:
         """Yield the variants of the family with all their places at this channel."""
@@ -56,28 +46,19 @@ class Known:
 
 @dataclass(frozen=True)
 class Oracle:
-    """The gap that remains with known effects.
+    """Gap that remains with known effects on held-out experiments, in standard deviations of the outputs.
 
     The two gaps are the same if there are no effects.
-
-    Attributes:
-        reidentified: gap of the physics with refitted parameters on the held-out experiments, in standard
-            deviations of the outputs.
-        augmented: gap with the known effects on the held-out experiments, in standard deviations of the
-            outputs.
-        floor: noise floor of the latter gap.
-        gap_seen: whether the physics with refitted parameters has a gap (`Judged.has_gap`).
-        seen: whether the model without an effect, but with the other known effects, is worse than with it,
-            per effect (`Judged.is_worse_than`); a diagnosis cannot be expected to find other effects.
-        variants: best-fitting variant of every effect; empty for a family with a single variant.
     """
 
-    reidentified: float
-    augmented: float
-    floor: float
-    gap_seen: bool
+    reidentified: float  # gap of the physics with refitted parameters
+    augmented: float  # gap with the known effects
+    floor: float  # noise floor of the latter gap
+    gap_seen: bool  # the physics with refitted parameters has a gap (`Judged.has_gap`)
+    #: Per effect: the model without it, but with the other known effects, is worse (`Judged.is_worse_than`);
+    #: a diagnosis cannot be expected to find other effects
     seen: tuple[bool, ...]
-    variants: tuple[str, ...]
+    variants: tuple[str, ...]  # best-fitting one of every effect; empty for a family with a single variant
 
     @property
     def shrink(self) -> float:
@@ -112,11 +93,7 @@ def oracle(study: Study, known: Sequence[Known]) -> Oracle:
 
 
 class _Refits:
-    """Fits of what is known, each of them done once.
-
-    Args:
-        base: refitted physics without any effect.
-    """
+    """Fits of what is known, each of them done once; `base` is the refitted physics without any effect."""
 
     def __init__(self, base: FittedHypothesis) -> None:
         self.base = base
@@ -166,20 +143,14 @@ DRAWS = 1000
 
 @dataclass(frozen=True)
 class Judged:
-    """Distance between free runs of a model and held-out measurements.
+    """Distance between free runs of a model and held-out measurements."""
 
-    Attributes:
-        square: mean squared error over samples and outputs, in variances of the outputs, shape (windows,).
-        samples: number of samples, shape (windows,).
-        floor: noise floor of the gap, in standard deviations of the outputs.
-    """
-
-    square: Array
-    samples: Array
-    floor: float
+    square: Array  # (windows,), mean over samples and outputs, in variances of the outputs
+    samples: Array  # (windows,)
+    floor: float  # noise floor of the gap, in standard deviations of the outputs
 
     @classmethod
-    def of(cls, fitted: FittedHypothesis) -> Judged:
+    def of(cls, fitted: FittedHypothesis) -> "Judged":
         """Assess a fitted model in windows that start at the measured states; see `deviation.gap`."""
         study = fitted.hypothesis.study
         recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest, study.sensors)
@@ -201,7 +172,7 @@ class Judged:
         """Whether the gap is larger than noise explains."""
         return self.gap > BEYOND * self.floor
 
-    def is_worse_than(self, other: Judged) -> bool:
+    def is_worse_than(self, other: "Judged") -> bool:
         """Tell whether another model is better by more than chance and by more than a part of the noise.
 
         The mean squared error of the other model must be lower by more than the square of a quarter of the

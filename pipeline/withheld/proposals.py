@@ -1,7 +1,5 @@
 """Limits of the next experiment of a withheld case: what its logs stayed within."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -3,8 +3,6 @@
 The table has the columns of `answers.judged`, and kind, case, seconds (s) and memory (MB).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

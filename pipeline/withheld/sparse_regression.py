@@ -5,8 +5,6 @@ dynamical systems, PNAS 113 (2016). It differentiates the measured speeds, subtr
 looks for few terms that make up the rest.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -35,12 +33,7 @@ EXPLAINED = 0.02
 
 @dataclass(frozen=True)
 class Term:
-    """Effect of the largest term.
-
-    Attributes:
-        family: family of the effect.
-        channel: channel of the effect.
-    """
+    """Effect of the largest term."""
 
     family: str
     channel: str
@@ -80,26 +73,17 @@ def _rest(columns: Array, others: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Problem:
-    """Rates of the k velocities, each in units of its standard deviation, one after the other.
-
-    Attributes:
-        study: known physics, logs and held-out experiments.
-        rows: numbers of the used samples, shape (n,).
-        states: numbers of the velocities.
-        scale: standard deviations of the rates, shape (k,).
-        owner: experiment of every rate, shape (k n,).
-        target: rates that the known physics does not explain, shape (k n,).
-    """
+    """Rates of the k velocities, each in units of its standard deviation, one after the other."""
 
     study: Study
-    rows: Indices
-    states: tuple[int, ...]
-    scale: Array
-    owner: Indices
-    target: Array
+    rows: Indices  # (n,), numbers of the used samples
+    states: tuple[int, ...]  # numbers of the velocities
+    scale: Array  # (k,), standard deviations of the rates
+    owner: Indices  # (k n,), experiment of every rate
+    target: Array  # (k n,), rates that the known physics does not explain
 
     @classmethod
-    def of(cls, study: Study) -> _Problem:
+    def of(cls, study: Study) -> "_Problem":
         system, logs = study.system, study.logs
         rows = np.flatnonzero(np.isin(logs.owner, study.learned))
         rows = rows[:: -(-len(rows) // SAMPLES)]

@@ -1,7 +1,5 @@
 """Errors of diagnosed models on experiments that the diagnosis did not read."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -25,10 +23,7 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
 
 
 def gap_on(system: System, folder: Path, horizon: float) -> float | None:
-    """Return the gap of a model on experiments that it was not fitted to; None where it cannot be used.
-
-    Takes horizon in s.
-    """
+    """Return the gap of a model on experiments, with a horizon in s; None where it cannot be used."""
     try:
         logs = with_own_numbers(system, read_logs(folder, system), horizon)
         value = free_runs(system, logs, horizon).value

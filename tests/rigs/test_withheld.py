@@ -18,7 +18,7 @@ from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.cranks import Pendulum, SliderCrank
 from pipeline.rigs.withheld.effects.effect import Plan, Plantable, Port
 from pipeline.rigs.withheld.effects.friction import Coulomb
-from pipeline.rigs.withheld.effects.play import LooseInertia
+from pipeline.rigs.withheld.effects.loads import LooseInertia
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY, MACHINES

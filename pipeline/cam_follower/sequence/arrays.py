@@ -5,8 +5,6 @@ costs nothing. The rows of time step t begin at first[t]. In an array with `widt
 are the block that begins at first[t] * width.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,21 +15,13 @@ from unmodelled.base.compiling import compiled
 
 
 class Sizes(NamedTuple):
-    """Sizes of a network.
+    """Sizes of a network."""
 
-    Attributes:
-        features: number of features, rounded up to a multiple of `LEAST`.
-        hidden: size of the LSTM's state.
-        head: number of hidden units of the ReLU network.
-        settings: number of settings.
-        one: the number 1, hidden from the compiler (see `add_product`).
-    """
-
-    features: int
-    hidden: int
-    head: int
+    features: int  # rounded up to a multiple of `LEAST`
+    hidden: int  # size of the LSTM's state
+    head: int  # hidden units of the ReLU network
     settings: int
-    one: int = 1
+    one: int = 1  # 1, hidden from the compiler (see `add_product`)
 
     @property
     def weights(self) -> int:
@@ -41,77 +31,46 @@ class Sizes(NamedTuple):
 
 
 class Weights(NamedTuple):
-    """Views of the vector of weights, in its order; the order of the gates is input, forget, output,
-    candidate.
+    """Flat views of the vector of weights, in its order; the gates are input, forget, output, candidate."""
 
-    Attributes:
-        tau: weights from features to gates, flat, shape (4, features, hidden).
-        state: weights from state to gates, flat, shape (4, hidden, hidden).
-        bias: biases of the gates, flat, shape (4, hidden).
-        head_state: weights from state to head, flat, shape (hidden, head).
-        head_setting: weights from settings to head, flat, shape (settings, head).
-        head_bias: biases of the head, shape (head,).
-        output: weights of the output, shape (head,).
-        output_bias: bias of the output, shape (1,).
-    """
-
-    tau: Single
-    state: Single
-    bias: Single
-    head_state: Single
-    head_setting: Single
-    head_bias: Single
-    output: Single
-    output_bias: Single
+    tau: Single  # (4, features, hidden), from features to gates
+    state: Single  # (4, hidden, hidden), from state to gates
+    bias: Single  # (4, hidden), of the gates
+    head_state: Single  # (hidden, head), from state to head
+    head_setting: Single  # (settings, head), from settings to head
+    head_bias: Single  # (head,)
+    output: Single  # (head,)
+    output_bias: Single  # (1,)
 
 
 class Batch(NamedTuple):
-    """Standardised runs of a mini-batch, the longest first.
+    """Standardised runs of a mini-batch, the longest first."""
 
-    Attributes:
-        tau: features, flat, shape (rows, features).
-        q: settings, flat, shape (runs, settings).
-        target: scaled targets, shape (rows,).
-        share: weights of the squared errors, shape (rows,); zero for rows that only fill up a time step.
-        first: first rows of the time steps, and the number of all rows, multiples of `LEAST`, shape (steps +
-            1,).
-    """
-
-    tau: Single
-    q: Single
-    target: Single
-    share: Single
+    tau: Single  # (rows, features), flat
+    q: Single  # (runs, settings), flat
+    target: Single  # (rows,), scaled
+    share: Single  # (rows,), weights of the squared errors; zero for rows that only fill up a time step
+    #: (steps + 1,), first rows of the time steps, and the number of all rows, multiples of `LEAST`
     first: Indices
 
 
 class Work(NamedTuple):
-    """Results of the forward pass that the backward pass needs.
+    """Flat results of the forward pass that the backward pass needs.
 
     The states before the first time step are rows of zeros at the front.
-
-    Attributes:
-        gates: gates of every time step, flat, shape (4, rows, hidden) within a time step.
-        cell: cell states, flat, shape (runs + rows, hidden).
-        state: hidden states, flat, shape (runs + rows, hidden).
-        squashed: hyperbolic tangents of the cell states, flat, shape (rows, hidden).
-        units: units of the head after dropout, flat, shape (rows, head).
-        output: outputs, shape (rows,).
     """
 
-    gates: Single
-    cell: Single
-    state: Single
-    squashed: Single
-    units: Single
-    output: Single
+    gates: Single  # (4, rows, hidden) within a time step
+    cell: Single  # (runs + rows, hidden)
+    state: Single  # (runs + rows, hidden)
+    squashed: Single  # (rows, hidden), hyperbolic tangents of the cell states
+    units: Single  # (rows, head), after dropout
+    output: Single  # (rows,)
 
 
 @compiled
 def views(p: Single, s: Sizes) -> Weights:
-    """Split the vector of weights into its parts.
-
-    Takes p (weights,).
-    """
+    """Split the vector of weights into its parts. Takes p (weights,)."""
     a = 4 * s.features * s.hidden
     b = a + 4 * s.hidden * s.hidden
     c = b + 4 * s.hidden
@@ -128,10 +87,7 @@ def filled_up(count: int) -> int:
 
 
 def room(lengths: Indices, batch: int, s: Sizes) -> tuple[Batch, Work]:
-    """Allocate arrays for any mini-batch of a set of runs.
-
-    Takes lengths (runs,).
-    """
+    """Allocate arrays for any mini-batch of a set of runs. Takes lengths (runs,)."""
     longest = np.sort(lengths)[::-1][:batch]
     active = np.count_nonzero(longest > np.arange(longest[0])[:, None], axis=1)
     runs, rows = filled_up(batch), int((active + LEAST - 1).sum())

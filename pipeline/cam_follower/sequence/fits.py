@@ -1,7 +1,5 @@
 """Store fitted networks in one small file each, so that an interrupted training loses at most one fit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,17 +79,11 @@ def _checked(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Fits(Fitted):
-    """All networks of a folder.
-
-    Attributes:
-        inputs: features and settings that the networks read.
-        samples: number of samples after which a run is cut off.
-        networks: networks by fold, one per repeat.
-    """
+    """All networks of a folder."""
 
     inputs: SequenceInputs
-    samples: int
-    networks: Mapping[str, list[DetachmentNetwork]]
+    samples: int  # number after which a run is cut off
+    networks: Mapping[str, list[DetachmentNetwork]]  # by fold, one per repeat
 
     @property
     def folds(self) -> list[str]:
@@ -106,10 +98,7 @@ class Fits(Fitted):
         return Sequences.of(campaign, self.inputs, self.samples)
 
     def predict(self, fold: str, sequences: Sequences) -> Array:
-        """Predict the detachment eps of runs by every repeat of a fold.
-
-        Gives (repeats, runs, steps) in m.
-        """
+        """Predict the detachment eps of runs by every repeat of a fold; gives (repeats, runs, steps) in m."""
         with one_thread():
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
 

@@ -1,7 +1,5 @@
 """A recurrent network for the residual of the bounce simulation, zero in simulated contact."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,15 +19,10 @@ PHYSICS = "bounce"
 
 @dataclass(frozen=True)
 class HybridFits(Fitted):
-    """Simulations and networks of all folds; the inputs of a network depend on its fold.
-
-    Attributes:
-        physics: identified simulations.
-        networks: networks by fold.
-    """
+    """Simulations and networks of all folds; the inputs of a network depend on its fold."""
 
     physics: BounceFits
-    networks: Mapping[str, Fits]
+    networks: Mapping[str, Fits]  # by fold
 
     @property
     def folds(self) -> list[str]:

@@ -1,7 +1,5 @@
 """Compiled network: output, loss, and gradient of the loss by back-propagation through time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pipeline.arrays import Single
@@ -50,10 +48,7 @@ def forward(w: Weights, batch: Batch, s: Sizes, work: Work, dropout: np.float32,
 def gradient(
     p: Single, batch: Batch, s: Sizes, work: Work, dropout: np.float32, seed: int, slope: Single
 ) -> np.float32:
-    """Compute the loss of a mini-batch, the mean squared error of eq. 5.12, and its gradient.
-
-    Takes p (weights,), slope (weights,).
-    """
+    """Compute loss (mean squared error, eq. 5.12) and gradient of a mini-batch at the weights (weights,)."""
     w, g = views(p, s), views(slope, s)
     forward(w, batch, s, work, dropout, seed)
     slope[:] = ZERO

@@ -1,7 +1,5 @@
 """Convert the weights of a network to the vector of the compiled kernel and back."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 
@@ -25,10 +23,7 @@ def sizes(network: DetachmentNetwork) -> Sizes:
 
 
 def flattened(network: DetachmentNetwork) -> Single:
-    """Return the weights in the order of `arrays.Weights`; the two biases of torch's LSTM become their sum.
-
-    Gives (weights,).
-    """
+    """Return the weights (n,) in the order of `arrays.Weights`; the biases of torch's LSTM are summed."""
     s = sizes(network)
     state = {name: tensor.detach().cpu().numpy() for name, tensor in network.state_dict().items()}
     p = np.zeros(s.weights, np.float32)
@@ -52,10 +47,7 @@ def _by_gate(matrix: Single) -> Single:
 
 @torch.no_grad()
 def restore(network: DetachmentNetwork, p: Single) -> None:
-    """Copy a vector of weights into a network.
-
-    Takes p (weights,).
-    """
+    """Copy a vector of weights into a network. Takes p (weights,)."""
     s = sizes(network)
     w = views(np.ascontiguousarray(p), s)
     tau = w.tau.reshape(4, s.features, s.hidden)[:, : len(network.inputs.features)]

@@ -1,7 +1,5 @@
 """A compiled epoch of training: kernel and optimiser for one mini-batch after the other."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -19,35 +17,21 @@ STRIDE = 0x9E3779B1
 
 
 class Runs(NamedTuple):
-    """Standardised runs, padded to the longest.
+    """Standardised runs, padded to the longest."""
 
-    Attributes:
-        tau: features, shape (runs, steps, features).
-        q: settings, shape (runs, settings).
-        target: scaled targets, shape (runs, steps).
-        lengths: number of samples of every run, shape (runs,).
-    """
-
-    tau: Single
-    q: Single
-    target: Single
-    lengths: Indices
+    tau: Single  # (runs, steps, features)
+    q: Single  # (runs, settings)
+    target: Single  # (runs, steps), scaled
+    lengths: Indices  # (runs,), numbers of samples
 
 
 class Adam(NamedTuple):
-    """Weights and state of the optimiser Adam.
+    """Weights and state of the optimiser Adam."""
 
-    Attributes:
-        p: vector of weights, shape (weights,).
-        m: first moments, shape (weights,).
-        v: second moments, shape (weights,).
-        slope: last gradient, shape (weights,).
-    """
-
-    p: Single
-    m: Single
-    v: Single
-    slope: Single
+    p: Single  # (weights,)
+    m: Single  # (weights,), first moments
+    v: Single  # (weights,), second moments
+    slope: Single  # (weights,), last gradient
 
 
 @compiled
@@ -82,10 +66,7 @@ def epoch(
 
 @compiled
 def load(runs: Runs, rows: Indices, loaded: Batch) -> Batch:
-    """Copy some runs into the arrays of a mini-batch.
-
-    Takes rows (batch,).
-    """
+    """Copy some runs into the arrays of a mini-batch. Takes rows (batch,)."""
     width, settings, steps = runs.tau.shape[2], runs.q.shape[1], runs.lengths[rows[0]]
     active, total, samples = len(rows), 0, 0
     for t in range(steps):

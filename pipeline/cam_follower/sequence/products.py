@@ -5,8 +5,6 @@ matrices, the call of a library costs as much as its work, and a plain loop is n
 therefore written as LLVM vectors, which become vector instructions of the processor.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from llvmlite import binding, ir  # type: ignore[import-untyped]

@@ -1,7 +1,5 @@
 """A recurrent network and its training, as a file of conf/model/ describes them: inputs, size, training."""
 
-from __future__ import annotations
-
 import hashlib
 import sys
 import time
@@ -96,7 +94,7 @@ class SequenceRecipe(DetachmentRecipe):
 
     def _tasks(
         self, campaign: Campaign, folds: Mapping[str, Indices], repeats: int, seed: int, out: Path
-    ) -> list[_Task]:
+    ) -> list["_Task"]:
         """Return one task per fold and repeat; for the arguments see `fit`."""
         sequences = Sequences.of(campaign, self.inputs, self.samples)
         return [
@@ -106,11 +104,7 @@ class SequenceRecipe(DetachmentRecipe):
         ]
 
     def _summary(self, about: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Return inputs and size of the networks, and the course of their training.
-
-        Args:
-            about: facts about the fits, in the order of folds and repeats.
-        """
+        """Return inputs and size of the networks, and the course of their training."""
         features, settings = self.inputs.features, self.inputs.settings
         return {
             "features": list(features),

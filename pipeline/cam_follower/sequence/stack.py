@@ -1,7 +1,5 @@
 """Train all repeats of a fold as one stack by torch, on any device."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

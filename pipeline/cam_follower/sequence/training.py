@@ -1,7 +1,5 @@
 """Train one network until its training loss converges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -53,21 +51,13 @@ class Training:
 
 @dataclass
 class Course:
-    """Progress of a training.
-
-    Attributes:
-        training: settings of the training.
-        losses: averages of the loss.
-        rates: learning rate of every average.
-        updates: number of mini-batches so far.
-        diverged: whether the loss is no longer a finite number.
-    """
+    """Progress of a training."""
 
     training: Training
-    losses: list[float] = field(default_factory=list)
-    rates: list[float] = field(default_factory=list)
-    updates: int = 0
-    diverged: bool = False
+    losses: list[float] = field(default_factory=list)  # averages
+    rates: list[float] = field(default_factory=list)  # learning rate of every average
+    updates: int = 0  # mini-batches so far
+    diverged: bool = False  # the loss is no longer a finite number
     _falls: int = 0
     _failures: int = 0
     _lowest: float = np.inf
@@ -110,14 +100,7 @@ class Course:
 
 
 class Draws:
-    """Endless epochs: all runs in random order, in mini-batches of equal size, each with its longest run
-    first.
-
-    Args:
-        lengths: number of samples of every run, shape (runs,).
-        batch: largest number of runs in a mini-batch.
-        seed: seed of the random generator.
-    """
+    """Endless epochs: all runs in random order, in mini-batches of equal size, the longest run first."""
 
     def __init__(self, lengths: Indices, batch: int, seed: int) -> None:
         self.edges = np.linspace(0, len(lengths), -(-len(lengths) // batch) + 1).astype(np.int64)
@@ -125,10 +108,7 @@ class Draws:
         self._lengths, self._generator = lengths, np.random.default_rng(seed)
 
     def epoch(self) -> Indices:
-        """Draw the order of the runs in the next epoch.
-
-        Gives (runs,).
-        """
+        """Draw the order of the runs in the next epoch; gives (runs,)."""
         order = self._generator.permutation(len(self._lengths))
         return order[np.lexsort((-self._lengths[order], self._which))]
 
@@ -145,17 +125,11 @@ def standardised(sequences: Sequences, network: DetachmentNetwork) -> Runs:
 
 
 class Start(NamedTuple):
-    """A network before training.
+    """A network before training."""
 
-    Attributes:
-        network: network with initial weights.
-        runs: training runs, standardised with the statistics of the network.
-        seed: seed of the order of the runs and of the dropout.
-    """
-
-    network: DetachmentNetwork
-    runs: Runs
-    seed: int
+    network: DetachmentNetwork  # with initial weights
+    runs: Runs  # standardised with the statistics of the network
+    seed: int  # of the order of the runs and of the dropout
 
 
 def train(start: Start, training: Training, stopped: Callable[[], bool] = lambda: False) -> Course:

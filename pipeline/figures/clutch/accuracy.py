@@ -1,7 +1,5 @@
 """Draw approximate densities, and the accuracy of densities and log-likelihoods."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -27,11 +25,10 @@ from pipeline.figures.clutch.tables import (
     area_of,
     demo_alpha,
     line_of,
-    listed_x,
     methods,
     table,
 )
-from pipeline.figures.palette import WINE, nothing, plain_log
+from pipeline.figures.palette import WINE, listed_x, nothing, plain_log
 from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled
 
 #: Points whose names are shown.
@@ -225,10 +222,7 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 
 
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
-    """Draw distances as bars, hatched for methods with sampled moments.
-
-    Takes emd in s.
-    """
+    """Draw distances as bars, hatched for methods with sampled moments. Takes emd in s."""
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):
         colour, sampled = LOOKS[name].colour, name.endswith(SAMPLED)

@@ -1,7 +1,5 @@
 """Draw measurements of the clutch beside simulations: currents, shifting times, one engagement."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Draw the densities of the shifting time that follow from uncertain parameters."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draw the univariate example: transformation of its density, and approximation by polynomial chaos."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.clutch.tables import CHAOS, LOOKS, area_of, line_of, listed_x, table
-from pipeline.figures.palette import INDIGO
+from pipeline.figures.clutch.tables import CHAOS, LOOKS, area_of, line_of, table
+from pipeline.figures.palette import INDIGO, listed_x
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades, styled
 
 BINS = 10
@@ -88,13 +86,14 @@ def chaos_moments(data: Path) -> Figure:
         axes.set_title(f"moment $\\mu_{m}$")
     for axes in grid[-1]:
         axes.set_xlabel("quadrature order q (-)")
-    degree_handles = [
-        Line2D([], [], color=colour, marker=marker, label=f"d = {d}")
-        for d, colour, marker in zip(degrees, shades(len(degrees)), MARKERS, strict=False)
-    ]
     below = Line2D([], [], color=BLACK, marker="o", mfc="white", linestyle="", label="too low")
-    lower.legend(handles=[*degree_handles, below], loc="outside lower center", ncols=6)
+    lower.legend(handles=[*_degrees(degrees), below], loc="outside lower center", ncols=6)
     return figure
+
+
+def _degrees(degrees: list[int]) -> list[Line2D]:
+    looks = zip(degrees, shades(len(degrees)), MARKERS, strict=False)
+    return [Line2D([], [], color=colour, marker=marker, label=f"d = {d}") for d, colour, marker in looks]
 
 
 def _coefficients(axes: Axes, rows: pd.DataFrame) -> None:
@@ -149,11 +148,7 @@ def fitted_densities(data: Path) -> Figure:
         column[1].grid(axis="y", linewidth=0.5)
     grid[0, 0].set_ylabel("density (-)")
     grid[1, 0].set_ylabel("EMD (-)")
-    lines = [
-        Line2D([], [], color=colour, marker=marker, label=f"d = {d}")
-        for d, colour, marker in zip(degrees, shades(len(degrees)), MARKERS, strict=False)
-    ]
-    grid[1, 1].legend(handles=[*lines, REFERENCE], loc="center left", bbox_to_anchor=(1.0, 0.5))
+    grid[1, 1].legend(handles=[*_degrees(degrees), REFERENCE], loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 

@@ -1,7 +1,5 @@
 """Draw the identified distribution parameters with their uncertainty."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from pathlib import Path
 from typing import Any

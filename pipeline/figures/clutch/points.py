@@ -1,7 +1,5 @@
 """Arrange all operating points: one panel per motor speed, one group of points per current profile."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -24,19 +22,12 @@ CURVE, INVISIBLE = 70, 0.004
 
 @dataclass(frozen=True)
 class Place:
-    """Place of an operating point in a figure.
+    """Place of an operating point in a figure."""
 
-    Attributes:
-        axes: panel of the motor speed.
-        x: horizontal position.
-        width: horizontal width of the place.
-        brake: rank of the brake torque, from 0.
-    """
-
-    axes: Axes
+    axes: Axes  # panel of the motor speed
     x: float
     width: float
-    brake: int
+    brake: int  # rank of the brake torque, from 0
 
 
 def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, Place]:
@@ -52,7 +43,8 @@ def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, P
         axes.set_axisbelow(True)
     column[-1].set_xticks(range(len(profiles)), [f"{p:.0f}" for p in profiles])
     column[-1].xaxis.set_minor_locator(NullLocator())
-    column[-1].set(xlim=(-0.5, len(profiles) - 0.5), xlabel=f"current profile (-); {_sides(brakes)}")
+    sides = f"within one, from left to right: brake torque {', '.join(f'{b:g}' for b in brakes)} N m"
+    column[-1].set(xlim=(-0.5, len(profiles) - 0.5), xlabel=f"current profile (-); {sides}")
     width = GROUP / len(brakes)
     return {
         str(row.id): Place(
@@ -63,10 +55,6 @@ def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, P
         )
         for row in experiments.itertuples(index=False)
     }
-
-
-def _sides(brakes: list[float]) -> str:
-    return "within one, from left to right: brake torque " + ", ".join(f"{b:g}" for b in brakes) + " N m"
 
 
 def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
@@ -87,10 +75,7 @@ def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
 def area(
     place: Place, y: Array, density: Array, scale: float, sides: tuple[float, float], colour: str
 ) -> None:
-    """Draw a density as an area at an operating point.
-
-    Takes y (P,) in s, density (P,).
-    """
+    """Draw a density as an area at an operating point. Takes y (P,) in s, density (P,)."""
     step = max(1, len(y) // CURVE)
     y, share = y[::step], density[::step] / scale
     seen = share > INVISIBLE

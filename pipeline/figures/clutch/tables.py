@@ -1,17 +1,12 @@
 """Tables, looks of the methods and axes, shared by the figures of the wet clutch."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
 
-from pipeline.arrays import Array
 from pipeline.figures.palette import INDIGO
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet
@@ -63,9 +58,7 @@ def about(data: Path) -> dict[str, Any]:
 
 
 def demo_alpha(data: Path) -> tuple[float, ...]:
-    """Return the distribution parameters mu_1, mu_2, sigma_1 and sigma_2 that are shown beside the identified
-    ones.
-    """
+    """Return the parameters mu_1, mu_2, sigma_1, sigma_2 that are shown beside the identified ones."""
     return tuple(about(data).get("demo") or ())
 
 
@@ -110,15 +103,3 @@ def dot(label: str, filled: bool = True) -> Line2D:
     """Return the legend entry of measured points."""
     face = BLACK if filled else "white"
     return Line2D([], [], color=BLACK, marker="o", mfc=face, markersize=4.5, linestyle="", label=label)
-
-
-def listed_x(axes: Axes, values: Array) -> None:
-    """Make the horizontal axis logarithmic, with ticks at given values as plain numbers.
-
-    Takes values (n,).
-    """
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_formatter(NullFormatter())

@@ -1,7 +1,5 @@
 """Draw errors of the predicted detachment over models and training data, and what the settings are worth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,7 +73,7 @@ def errors_by_label(data: Path) -> Figure:
 
 
 def _score_figure(
-    rows: pd.DataFrame, scores: Mapping[str, Score], looks: Mapping[str, Look], height: float
+    rows: pd.DataFrame, scores: Mapping[str, "Score"], looks: Mapping[str, Look], height: float
 ) -> Figure:
     """A row of panels for every score, a column for every split."""
     columns, present = sides(rows), {name: looks[name] for name in models(rows, looks)}
@@ -137,17 +135,10 @@ Score = Callable[[pd.DataFrame], Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Side:
-    """A panel with the folds of one split.
-
-    Attributes:
-        split: name of the split.
-        folds: names of the folds from left to right.
-        xlabel: label below the panel.
-        title: title above the panel.
-    """
+    """A panel with the folds of one split."""
 
     split: str
-    folds: list[str]
+    folds: list[str]  # from left to right
     xlabel: str
     title: str
 

@@ -1,7 +1,5 @@
 """Draw jump runs: predictions over time, and one explained run with its inputs and contributions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

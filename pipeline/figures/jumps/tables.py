@@ -1,17 +1,13 @@
 """Tables, folds, and looks of models and inputs, shared by the figures of follower jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import pandas as pd
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.palette import INDIGO, WINE
-from unmodelled.base.parquet import read_parquet
+from pipeline.figures.palette import INDIGO, WINE, tables_of
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, setting
 
 #: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.
@@ -40,22 +36,13 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 @dataclass(frozen=True)
 class Input:
-    """Look of an input of the networks; inputs of one kind have a common hue.
+    """Look of an input of the networks; inputs of one kind have a common hue."""
 
-    Attributes:
-        label: name on axes and in legends.
-        unit: unit on axes.
-        colour: colour of lines and areas.
-        hatch: hatch of areas, which distinguishes similar greys and greens; default: none.
-        marker: marker of points, one per kind, for readers who cannot distinguish the hues; default: a
-            circle.
-    """
-
-    label: str
+    label: str  # on axes and in legends
     unit: str
-    colour: str
-    hatch: str = ""
-    marker: str = "o"
+    colour: str  # of lines and areas
+    hatch: str = ""  # of areas, which distinguishes similar greys and greens
+    marker: str = "o"  # one per kind, for readers who cannot distinguish the hues
 
 
 INPUTS = {
@@ -78,9 +65,7 @@ INPUTS = {
 ANGLE = ("sin(theta)", "cos(theta)")
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the follower jumps."""
-    return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
+table = tables_of("jumps")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:

@@ -1,7 +1,5 @@
 """Draw the measurements of the slider-crank: spring, torques and trajectories."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib as mpl

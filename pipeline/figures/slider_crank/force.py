@@ -1,7 +1,5 @@
 """Draw the load on the slider that the network has learned without force measurements, and its formula."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from textwrap import fill
 

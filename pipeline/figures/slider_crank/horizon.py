@@ -1,7 +1,5 @@
 """Draw accuracy and cost of training over a horizon of N steps."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pipeline.figures.palette import INDIGO, WINE, plain_log
+from pipeline.figures.palette import INDIGO, WINE, nothing, plain_log
 from pipeline.figures.slider_crank.tables import (
     MEASURED,
     RMSE,
@@ -120,10 +118,9 @@ def multistep_prediction(data: Path) -> Figure:
     than one signal. N = 1 is the feedforward model after as many additional epochs.
     """
     examples = horizons(table(data, "examples"))
-    figure = new_figure(6.2)
     if not len(examples):
-        absent(figure.subplots(), "no model was trained over a horizon")
-        return figure
+        return nothing("no model was trained over a horizon", 6.2)
+    figure = new_figure(6.2)
     chosen = example(examples["id"])
     steps = sorted(int(N) for N in examples["horizon"].unique())
     light = shades(len(steps))[::-1]

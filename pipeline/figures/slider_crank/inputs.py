@@ -1,7 +1,5 @@
 """Draw the accuracy for different inputs of the network, and for training data near the test signals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pipeline.figures.palette import INDIGO, WINE
+from pipeline.figures.palette import INDIGO, WINE, nothing
 from pipeline.figures.slider_crank.tables import (
     BASELINES,
     INPUTS,
@@ -47,10 +45,9 @@ def network_inputs(data: Path) -> Figure:
     found = {name: accuracy(errors[errors["model"] == name]) for name in [*inputs, *others]}
     chosen = example(examples.loc[examples["model"].isin(found), "id"])
     runs = examples[examples["id"] == chosen]
-    figure = new_figure(1.1 + 0.62 * len(found))
     if not found:
-        absent(figure.subplots(), "none of these models was trained")
-        return figure
+        return nothing("none of these models was trained", 1.1)
+    figure = new_figure(1.1 + 0.62 * len(found))
     grid = figure.subplots(len(found), 2, sharex="col", squeeze=False, width_ratios=[1.0, 1.05])
     limits = _limits(list(found.values()))
     for row, (name, result) in zip(grid, found.items(), strict=True):

@@ -1,7 +1,5 @@
 """Draw physical parameters: their sensitivities, and their identification together with the network."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal
 
@@ -13,14 +11,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pipeline.arrays import Array
-from pipeline.figures.palette import INDIGO, WINE
+from pipeline.figures.palette import INDIGO, WINE, nothing
 from pipeline.figures.slider_crank.tables import number, plain_log_x, table
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
     GREY,
     ORANGE,
-    absent,
     halo,
     new_figure,
     signed,
@@ -43,16 +40,17 @@ def convergence(data: Path) -> Figure:
     """
     history, known = table(data, "history"), table(data, "parameters").set_index("parameter")
     shown = {name: members for name, members in SETS.items() if (history["set"] == name).any()}
-    figure = new_figure(6.6 if shown else 2.0, 10.0 if len(shown) != 1 else 6.0)
     if not shown:
-        absent(figure.subplots(), "no run was recorded for these sets")
-        return figure
+        return nothing("no run was recorded for these sets")
+    figure = new_figure(6.6, 10.0 if len(shown) > 1 else 6.0)
     grid = figure.subplots(3, len(shown), sharex="col", sharey=False, squeeze=False)
     for column, (name, members) in zip(grid.T, shown.items(), strict=True):
         mine = history[history["set"] == name]
         for axes, parameter in zip(column, members, strict=True):
             _history(axes, mine[mine["parameter"] == parameter], known.loc[parameter])
-        column[0].set_title(f"set {_set_name(known, members)}, {_count(mine)} runs")
+        symbols = ", ".join(known.loc[parameter, "symbol"] for parameter in members)
+        count = len(mine[["fold", "repeat"]].drop_duplicates())
+        column[0].set_title(f"set {{{symbols}}}, {count} runs")
         column[-1].set_xlabel("epoch (-)")
     figure.legend(handles=_handles(), loc="outside lower center", ncols=5)
     return figure
@@ -68,18 +66,16 @@ def ambiguous_pair(data: Path) -> Figure:
     """
     history, known = table(data, "history"), table(data, "parameters").set_index("parameter")
     mine = history[history["set"] == AMBIGUOUS]
-    figure = new_figure(3.8 if len(mine) else 2.0)
     if not len(mine):
-        absent(figure.subplots(), "no run was recorded for this set")
-        return figure
+        return nothing("no run was recorded for this set")
+    figure = new_figure(3.8)
     panels = figure.subplots(1, 3)
     for axes, parameter in zip(panels, PAIR, strict=False):
         _history(axes, mine[mine["parameter"] == parameter], known.loc[parameter])
         axes.set_xlabel("epoch (-)")
     _ends(panels[2], mine, known)
-    figure.legend(
-        handles=[*_handles(), _marker("D", WINE, "end of a run")], loc="outside lower center", ncols=6
-    )
+    ends = Line2D([], [], color=WINE, marker="D", linestyle="", markersize=5, label="end of a run")
+    figure.legend(handles=[*_handles(), ends], loc="outside lower center", ncols=6)
     return figure
 
 
@@ -110,18 +106,6 @@ def _ends(axes: Axes, rows: pd.DataFrame, known: pd.DataFrame) -> None:
         xlabel=f"{about[0]['symbol']} ({about[0]['unit']})",
         ylabel=f"{about[1]['symbol']} ({about[1]['unit']})",
     )
-
-
-def _set_name(known: pd.DataFrame, members: tuple[str, ...]) -> str:
-    return "{" + ", ".join(known.loc[name, "symbol"] for name in members) + "}"
-
-
-def _count(rows: pd.DataFrame) -> int:
-    return len(rows[["fold", "repeat"]].drop_duplicates())
-
-
-def _marker(marker: str, colour: str, label: str) -> Line2D:
-    return Line2D([], [], color=colour, marker=marker, linestyle="", markersize=5, label=label)
 
 
 def _handles() -> list[Line2D]:

@@ -1,11 +1,8 @@
 """Tables, names, accuracies and colours, shared by the figures of the slider-crank."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,8 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from pipeline.arrays import Array, Bools
-from pipeline.figures.palette import INDIGO
-from unmodelled.base.parquet import read_parquet
+from pipeline.figures.palette import INDIGO, tables_of
 from unmodelled.report.figures.style import BLACK, ORANGE
 
 RMSE = "RMSE of ω (rad/s)"
@@ -43,9 +39,7 @@ DIRECTIONS = {"v > 0": INDIGO, "v < 0": ORANGE}
 MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the slider-crank."""
-    return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
+table = tables_of("slider_crank")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:
@@ -85,21 +79,13 @@ def signal_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors of free runs over test signals and repeats.
+    """Errors of free runs over test signals and repeats."""
 
-    Attributes:
-        rmse: errors of the runs that did not diverge, in increasing order, rad/s, shape (runs,).
-        mean: mean of `rmse`, rad/s; nan if all runs diverged.
-        best: smallest error, rad/s.
-        limit: error below which 90 % of the runs lie, rad/s; infinite if more than 10 % diverged.
-        diverged: number of runs that diverged.
-    """
-
-    rmse: Array
-    mean: float
-    best: float
-    limit: float
-    diverged: int
+    rmse: Array  # (runs,), rad/s, of the runs that did not diverge, in increasing order
+    mean: float  # rad/s; nan if all runs diverged
+    best: float  # rad/s
+    limit: float  # error below which 90 % of the runs lie, rad/s; infinite if more than 10 % diverged
+    diverged: int  # number of runs
 
 
 def accuracy(errors: pd.DataFrame) -> Accuracy:
@@ -129,19 +115,13 @@ def plain_log_x(axes: Axes) -> None:
 
 
 def by_direction(v: Array) -> list[tuple[str, str, Bools]]:
-    """Return name, colour and samples of both directions of the slider.
-
-    Takes v (n,) in m/s; gives (n,).
-    """
+    """Return name, colour and samples of both directions of the slider. Takes v (n,) in m/s; gives (n,)."""
     masks = (v > 0.0, v < 0.0)
     return [(name, colour, mask) for (name, colour), mask in zip(DIRECTIONS.items(), masks, strict=True)]
 
 
 def framed(axes: Axes, measured: Array, margin: float = 0.25) -> None:
-    """Fit the vertical axis to a measurement, so that diverging predictions leave the axes.
-
-    Takes measured (n,).
-    """
+    """Fit the vertical axis to a measurement (n,), so that diverging predictions leave the axes."""
     low, high = float(measured.min()), float(measured.max())
     room = margin * max(high - low, 1.0)
     axes.set_ylim(low - room, high + room)

@@ -1,7 +1,5 @@
 """Draw free runs of a pendulum within and beyond the explored states."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

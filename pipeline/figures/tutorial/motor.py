@@ -1,7 +1,5 @@
 """Draw the efficiency of a motor, by two physical parameters and by networks of any number of neurons."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +7,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FormatStrFormatter, MultipleLocator, NullFormatter, NullLocator
+from matplotlib.ticker import MultipleLocator
 
 from pipeline.arrays import Array, Bools
-from pipeline.figures.palette import INDIGO, plain_log
+from pipeline.figures.palette import INDIGO, listed_x, plain_log
 from pipeline.figures.tutorial.tables import (
     CURRENT,
     EFFICIENCY,
@@ -164,14 +162,10 @@ def _sizes(axes: Axes, errors: pd.DataFrame, facts: dict[str, float]) -> None:
             look: dict[str, Any] = {"marker": marker, "color": colour, "linestyle": style}
             axes.plot(medians.index, medians[column], **look, label=f"{label}, {what}")
     axes.axhline(facts["noise"], color=BLACK, linewidth=0.9, linestyle="--", label="noise of a sample")
-    axes.set_xscale("log")
     axes.set_yscale("log")
     largest = float(errors.groupby(["penalty", "hidden"])["new"].median().max())
     axes.set_ylim(0.2 * facts["noise"], 1.3 * largest)
     plain_log(axes)
-    axes.xaxis.set_major_locator(FixedLocator(sorted(errors["hidden"].unique())))
-    axes.xaxis.set_minor_locator(NullLocator())
-    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    listed_x(axes, np.unique(errors["hidden"]))
     axes.set(xlabel="hidden neurons $n_h$ (-)", ylabel="RMSE of the efficiency (-)")
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.18), ncols=2)

@@ -1,19 +1,15 @@
 """Tables, looks and the range of the measured currents, shared by the figures of the tutorial."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from pipeline.figures.palette import INDIGO
+from pipeline.figures.palette import INDIGO, tables_of
 from unmodelled.base.files import read_json
-from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
 LOOKS = {
@@ -27,9 +23,7 @@ TRUTH = Line2D([], [], color=BLACK, linestyle=":", linewidth=1.4, label="true ef
 SAMPLES = Line2D([], [], color=BLACK, marker="o", markersize=4.5, linestyle="", label="training samples")
 
 
-def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the tutorial."""
-    return read_parquet(data / "tables" / "tutorial" / f"{name}.parquet")
+table = tables_of("tutorial")
 
 
 def about(data: Path) -> dict[str, Any]:

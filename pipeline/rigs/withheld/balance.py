@@ -1,7 +1,5 @@
 """Base class of the virtual machines that fill and empty: pressure, fluid, heat, current."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import ClassVar
 
@@ -79,5 +77,5 @@ class Balance(Machine):
         middle = state.q + 0.5 * dt * state.v
         v = self.rates(middle, state.v, u, c)
         for name, force in forces:
-            v = v + self.pushed(name, force, dt, t, middle, v, u, c) / dt
+            v = v + self._pushed(name, force, dt, t, middle, v, u, c) / dt
         return State(state.q + dt * v, v, state.v)

@@ -1,7 +1,5 @@
 """Machines without inertia: a pressure vessel, a column of water, a hotplate, a winding, a cell."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,21 +13,12 @@ from pipeline.rigs.withheld.machine import Range, Sensor
 
 @dataclass(frozen=True)
 class Vessel(Balance):
-    """Pressure vessel that a proportional valve fills and a laminar throttle empties.
+    """Pressure vessel, above ambient, that a proportional valve fills and a laminar throttle empties."""
 
-    Pressures are relative to that of the surroundings.
-
-    Attributes:
-        C: stored volume per pressure, m^3/Pa.
-        k_v: flow of the valve per voltage, m^3/(s V).
-        k_o: flow of the throttle per pressure, m^3/(s Pa).
-        stiffness: gain of the controller of the pressure, V/Pa.
-    """
-
-    C: float = 1.5e-8
-    k_v: float = 3e-3
-    k_o: float = 6e-8
-    stiffness: float = 4e-5
+    C: float = 1.5e-8  # stored volume per pressure, m^3/Pa
+    k_v: float = 3e-3  # flow of the valve per voltage, m^3/(s V)
+    k_o: float = 6e-8  # flow of the throttle per pressure, m^3/(s Pa)
+    stiffness: float = 4e-5  # gain of the controller of the pressure, V/Pa
 
     limits = 0.0, 10.0
     name = "vessel"
@@ -62,19 +51,12 @@ class Vessel(Balance):
 
 @dataclass(frozen=True)
 class Column(Balance):
-    """Column of water that a pump fills and that empties through an opening.
+    """Column of water that a pump fills and that empties through an opening."""
 
-    Attributes:
-        A: cross-section, m^2.
-        k_p: flow of the pump per voltage, m^3/(s V).
-        k_s: flow through the opening at a level of 1 m, m^2.5/s.
-        stiffness: gain of the controller of the level, V/m.
-    """
-
-    A: float = 2e-4
-    k_p: float = 3e-5
-    k_s: float = 2.74e-4
-    stiffness: float = 30.0
+    A: float = 2e-4  # cross-section, m^2
+    k_p: float = 3e-5  # flow of the pump per voltage, m^3/(s V)
+    k_s: float = 2.74e-4  # flow through the opening at a level of 1 m, m^2.5/s
+    stiffness: float = 30.0  # gain of the controller of the level, V/m
 
     limits = 0.0, 10.0
     name = "column"
@@ -111,17 +93,11 @@ _AROUND = 293.0  # K
 
 @dataclass(frozen=True)
 class Hotplate(Balance):
-    """Small plate that a current heats up to 900 K; it loses heat through its suspension.
+    """Small plate that a current heats up to 900 K; it loses heat through its suspension."""
 
-    Attributes:
-        C: heat capacity, J/K.
-        k: conductance of the suspension, W/K.
-        stiffness: gain of the controller of the temperature, W/K.
-    """
-
-    C: float = 2e-3
-    k: float = 5e-3
-    stiffness: float = 1e-2
+    C: float = 2e-3  # heat capacity, J/K
+    k: float = 5e-3  # conductance of the suspension, W/K
+    stiffness: float = 1e-2  # gain of the controller of the temperature, W/K
 
     limits = 0.0, 5.0
     name = "hotplate"
@@ -152,21 +128,13 @@ class Hotplate(Balance):
 
 @dataclass(frozen=True)
 class Winding(Balance):
-    """Winding at a voltage: the coil of a drive at standstill.
+    """Winding at a voltage: the coil of a drive at standstill."""
 
-    Attributes:
-        L: inductance, H.
-        R: resistance of the cold winding, ohm.
-        lost: inductance that is lost at high currents, H.
-        knee: current at which much of it is lost, A.
-        stiffness: gain of the controller of the current, V/A.
-    """
-
-    L: float = 0.04
-    R: float = 1.6
-    lost: float = 0.0
-    knee: float = 1.0
-    stiffness: float = 4.0
+    L: float = 0.04  # inductance, H
+    R: float = 1.6  # resistance of the cold winding, ohm
+    lost: float = 0.0  # inductance that is lost at high currents, H
+    knee: float = 1.0  # current at which much of it is lost, A
+    stiffness: float = 4.0  # gain of the controller of the current, V/A
 
     limits = -12.0, 12.0
     name = "winding"
@@ -205,19 +173,11 @@ _CHARGED = 3.3  # V
 
 @dataclass(frozen=True)
 class Cell(Balance):
-    """Capacitor cell, whose current is measured; the voltage shows its charge and its resistance.
+    """Capacitor cell with measured current (positive: discharge); the voltage shows charge and resistance."""
 
-    A positive current discharges it.
-
-    Attributes:
-        C: capacitance, F.
-        R: resistance, ohm, which the sensor sees.
-        stiffness: gain of the controller of the voltage, A/V.
-    """
-
-    C: float = 20.0
-    R: float = _RESISTANCE
-    stiffness: float = -20.0
+    C: float = 20.0  # capacitance, F
+    R: float = _RESISTANCE  # resistance, ohm, which the sensor sees
+    stiffness: float = -20.0  # gain of the controller of the voltage, A/V
 
     limits = -8.0, 8.0
     name = "cell"

@@ -1,7 +1,5 @@
 """Write many cases of one kind, for the verb `acquire`."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -123,10 +121,7 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
 
 
 def add_runs(case: Case, commands: Array, folder: Path) -> None:
-    """Add runs with given commands to a log folder of the case, at the conditions of its first run.
-
-    Takes commands (samples, runs).
-    """
+    """Add runs with commands (samples, runs) to the logs of a case, at the conditions of its first run."""
     first, (samples, runs) = case.plan(), commands.shape
     plan = replace(
         first,

@@ -1,22 +1,11 @@
 """Machines that move along a line: a hoist, and a linear axis with a belt."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, Sensor
@@ -24,23 +13,14 @@ from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, 
 
 @dataclass(frozen=True)
 class Hoist(Machine):
-    """Drum with position control that lifts a payload m (kg), the operating point; reduced to the rope.
+    """Drum with position control that lifts a payload m (kg), the operating point; reduced to the rope."""
 
-    Attributes:
-        M: mass of drum and balanced cabin, kg.
-        kf: force constant of the drive, N/V.
-        b: damping, N s/m.
-        stiffness: proportional gain of the controller, V/m.
-        damping: derivative gain of the controller, V s/m.
-        supply: largest voltage of the controller, V.
-    """
-
-    M: float = 8.5
-    kf: float = 12.0
-    b: float = 31.0
-    stiffness: float = 160.0
-    damping: float = 18.0
-    supply: float = 12.0
+    M: float = 8.5  # mass of drum and balanced cabin, kg
+    kf: float = 12.0  # force constant of the drive, N/V
+    b: float = 31.0  # damping, N s/m
+    stiffness: float = 160.0  # proportional gain of the controller, V/m
+    damping: float = 18.0  # derivative gain of the controller, V s/m
+    supply: float = 12.0  # largest voltage of the controller, V
 
     name = "hoist"
     input = "u"
@@ -78,16 +58,16 @@ class Hoist(Machine):
         P("position_dependent_friction", "rail",
           lambda a, *_: friction.TightSpot(14.0 * a, 0.52, 0.04), local=True),
         P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(6.0 * a, 0.02)),
-        P("linear_spring", "rail", lambda a, *_: elastic.RubberSpring(40.0 * a, 0.5, 0.5)),
+        P("linear_spring", "rail", lambda a, *_: loads.RubberSpring(40.0 * a, 0.5, 0.5)),
         P("nonlinear_spring", "rail",
-          lambda a, *_: elastic.PlaySpring(60.0 * a, 4e3 * a, 0.5, 0.03), local=True),
-        P("end_stop", "rail", lambda a, *_: elastic.Bumper(2e4 * a, 0.5, 0.4, 0.6)),
+          lambda a, *_: loads.PlaySpring(60.0 * a, 4e3 * a, 0.5, 0.03), local=True),
+        P("end_stop", "rail", lambda a, *_: loads.Bumper(2e4 * a, 0.5, 0.4, 0.6)),
         P("constant_load", "rail", lambda a, *_: loads.ConstantLoad(6.0 * a),
           (("actuator_offset", "actuator:u"), ("gravity_load", "rail")), local=True),
         P("torque_ripple", "rail",
           lambda a, *_: loads.Ripple([5.0 * a, 2.0 * a, 1.0 * a], [60.0, 120.0, 180.0],
           [0.3, 1.1, 2.6])),
-        P("backlash", "rail", lambda a, *_: play.LooseInertia("M", 2.5, 0.003 * a, 0.25, 0.02)),
+        P("backlash", "rail", lambda a, *_: loads.LooseInertia("M", 2.5, 0.003 * a, 0.25, 0.02)),
         P("inertia_error", "rail", lambda a, *_: loads.WrongInertia("M", 1.8 * a)),
         P("actuator_offset", "actuator:u", lambda a, *_: actuators.Offset(0.5 * a),
           (("constant_load", "rail"), ("gravity_load", "rail"))),
@@ -106,37 +86,24 @@ class Hoist(Machine):
           (("coulomb_friction", "rail"), ("drift", "rail"))),
         P("floor_vibration", "rail", foreign.floor_vibration(7.0, 10.0)),
         P("sticky_valve", "actuator:u", lambda a, *_: foreign.StickyValve(0.8 * a)),
-        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("M", min(1.8 * a, 6.0), 8.0, 0.02)),
+        P("flexible_transmission", "rail", lambda a, *_: loads.Resonator("M", min(1.8 * a, 6.0), 8.0, 0.02)),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class BeltAxis(Machine):
-    """Motor that moves a carriage through a toothed belt, with position control; at the radius of the pulley.
+    """Motor that moves a carriage through a toothed belt, with position control, reduced to the belt."""
 
-    Attributes:
-        m_m: mass of the motor, kg.
-        m_c: mass of the carriage, kg.
-        b_m: damping of the motor, N s/m.
-        b_c: damping of the carriage, N s/m.
-        k_b: stiffness of the belt, N/m.
-        c_b: damping of the belt, N s/m.
-        kf: force constant of the drive, N/A.
-        stiffness: proportional gain of the controller, A/m.
-        damping: derivative gain of the controller, A s/m.
-        supply: largest current of the controller, A.
-    """
-
-    m_m: float = 1.6
-    m_c: float = 4.2
-    b_m: float = 7.0
-    b_c: float = 14.0
-    k_b: float = 2.0e4
-    c_b: float = 40.0
-    kf: float = 10.0
-    stiffness: float = 320.0
-    damping: float = 22.0
-    supply: float = 15.0
+    m_m: float = 1.6  # mass of the motor, kg
+    m_c: float = 4.2  # mass of the carriage, kg
+    b_m: float = 7.0  # damping of the motor, N s/m
+    b_c: float = 14.0  # damping of the carriage, N s/m
+    k_b: float = 2.0e4  # stiffness of the belt, N/m
+    c_b: float = 40.0  # damping of the belt, N s/m
+    kf: float = 10.0  # force constant of the drive, N/A
+    stiffness: float = 320.0  # proportional gain of the controller, A/m
+    damping: float = 22.0  # derivative gain of the controller, A s/m
+    supply: float = 15.0  # largest current of the controller, A
 
     name = "belt_axis"
     input = "i"
@@ -186,23 +153,22 @@ class BeltAxis(Machine):
         P("quadratic_drag", "rail", lambda a, *_: friction.Windage(10.0 * a, 0.05)),
         P("position_dependent_friction", "rail", lambda a, *_: friction.TightSpot(16.0 * a, 0.03, 0.03)),
         P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(8.0 * a, 0.015)),
-        P("linear_spring", "rail", lambda a, *_: elastic.RubberSpring(70.0 * a, 0.0, 0.4), local=True),
-        P("nonlinear_spring", "rail", lambda a, *_: elastic.PlaySpring(120.0 * a, 1e4 * a, 0.0, 0.03)),
-        P("end_stop", "rail", lambda a, *_: elastic.Bumper(2.5e3 * a, 0.5, -0.08, 0.07)),
+        P("linear_spring", "rail", lambda a, *_: loads.RubberSpring(70.0 * a, 0.0, 0.4), local=True),
+        P("nonlinear_spring", "rail", lambda a, *_: loads.PlaySpring(120.0 * a, 1e4 * a, 0.0, 0.03)),
+        P("end_stop", "rail", lambda a, *_: loads.Bumper(2.5e3 * a, 0.5, -0.08, 0.07)),
         P("constant_load", "rail",
           lambda a, *_: loads.ConstantLoad(5.0 * a), (("gravity_load", "rail"),), local=True),
         P("torque_ripple", "motor",
           lambda a, *_: loads.Ripple([5.0 * a, 2.5 * a, 1.5 * a], [52.0, 104.0, 312.0],
           [0.9, 2.2, 0.1])),
-        P("backlash", "motor", lambda a, *_: play.LooseInertia("m_m", 0.8, 0.003 * a, 0.15, 0.06)),
+        P("backlash", "motor", lambda a, *_: loads.LooseInertia("m_m", 0.8, 0.003 * a, 0.15, 0.06)),
         P("inertia_error", "rail", lambda a, *_: loads.WrongInertia("m_c", 0.6 * a)),
         P("actuator_gain", "actuator:i", lambda a, *_: actuators.Gain(-min(0.12 * a, 0.6))),
         P("actuator_offset", "actuator:i",
           lambda a, *_: actuators.Offset(0.5 * a), (("constant_load", "motor"),)),
         P("actuator_saturation", "actuator:i", lambda a, *_: actuators.SoftSaturation(10.0 / a)),
         P("actuator_dead_zone", "actuator:i", lambda a, *_: actuators.RoundedDeadZone(0.5 * a)),
-        P("actuator_asymmetry", "actuator:i",
-          lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.2)),
+        P("actuator_asymmetry", "actuator:i", lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.2)),
         P("actuator_lag", "actuator:i", lambda a, *_: actuators.TwoPoleLag(0.006 * a)),
         P("input_delay", "actuator:i", lambda a, *_: actuators.Transport(0.0047 * a)),
         P("sensor_gain", "sensor:x_c", lambda a, *_: sensors.ScaleError(0.01 * a)),
@@ -212,7 +178,8 @@ class BeltAxis(Machine):
         P("drift", "actuator:i", changing.fading_drive(0.25, 12.0)),
         P("drift", "rail", lambda a, plan, _: changing.WarmingBearing(18.0 * a, 10.0, plan.begin)),
         P("scatter", "rail", changing.scattered_damping(8.0, -12.0)),
-        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("m_c", min(1.0 * a, 3.0), 8.0, 0.02)),
+        P("flexible_transmission", "rail",
+          lambda a, *_: loads.Resonator("m_c", min(1.0 * a, 3.0), 8.0, 0.02)),
         P("sticky_valve", "actuator:i", lambda a, *_: foreign.StickyValve(0.8 * a)),
         P("heated_motor", "actuator:i", lambda a, *_: foreign.HeatedMotor(0.012 * a, 0.6),
           (("drift", "actuator:i"), ("actuator_gain", "actuator:i"))),

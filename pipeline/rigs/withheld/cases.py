@@ -1,7 +1,5 @@
 """A case: a machine, its planted effects, their size, and the seed of all random choices."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -20,40 +18,23 @@ _EVERYTHING = 0.6  # share of the campaigns that log all outputs
 
 @dataclass(frozen=True)
 class Planted:
-    """One planted effect.
+    """One planted effect."""
 
-    Attributes:
-        family: family of the effect, as the machine offers it.
-        channel: channel of the effect, as the machine offers it.
-        factor: factor of the operating point at one level of which the effect acts, or "group"; default: the
-            effect acts in all runs.
-        at: level of the factor, or name of the group.
-    """
-
-    family: str
-    channel: str
+    family: str  # as the machine offers it
+    channel: str  # as the machine offers it
+    #: Of the operating point, at one level of which the effect acts, or "group"; None: acts in all runs
     factor: str | None = None
-    at: float | str | None = None
+    at: float | str | None = None  # level of the factor, or name of the group
 
 
 @dataclass(frozen=True)
 class Case:
-    """Effects on a machine.
+    """Effects on a machine."""
 
-    Attributes:
-        system: name of the machine.
-        effects: planted effects.
-        level: size of the effects relative to their typical size.
-        seed: seed of all other choices.
-
-    Raises:
-        BadInput: when there is no such machine, the machine offers no such effect, or the level is negative.
-    """
-
-    system: str
+    system: str  # name of the machine
     effects: tuple[Planted, ...]
-    level: float
-    seed: int
+    level: float  # size of the effects relative to their typical size
+    seed: int  # of all other choices
 
     def __post_init__(self) -> None:
         for planted in self.effects:
@@ -62,7 +43,7 @@ class Case:
             raise BadInput(f"level: must not be negative, got {self.level}")
 
     @classmethod
-    def of(cls, truth: Mapping[str, Any]) -> Case:
+    def of(cls, truth: Mapping[str, Any]) -> "Case":
         """Return the case of a truth.json that `campaign.write` wrote."""
         planted = (
             Planted(row["family"], row["channel"], row.get("factor"), row.get("level"))
@@ -120,9 +101,7 @@ class Case:
         return self.level * float(rng.uniform(0.8, 1.25))
 
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
-        """Return channel and effect of every planted effect; the objects are new, because effects have a
-        memory.
-        """
+        """Return channel and effect of every planted effect: new objects, because effects have a memory."""
         found = []
         for k, planted in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 1, k])

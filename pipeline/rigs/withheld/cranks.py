@@ -1,23 +1,12 @@
 """Machines that turn: a pendulum, a slider-crank and a cam drive."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, Sensor
@@ -27,23 +16,14 @@ _COUNT = 2.0 * np.pi / 8192
 
 @dataclass(frozen=True)
 class Pendulum(Machine):
-    """Pendulum that is driven at its joint.
+    """Pendulum that is driven at its joint."""
 
-    Attributes:
-        J: moment of inertia, kg m^2.
-        b: damping, N m s/rad.
-        mgl: weight times distance of the centre of mass from the joint, N m.
-        stiffness: stiffness of the controller of the angle, N m/rad.
-        damping: damping of this controller, N m s/rad.
-        supply: largest torque of this controller, N m.
-    """
-
-    J: float = 0.02
-    b: float = 0.03
-    mgl: float = 1.2
-    stiffness: float = 6.0
-    damping: float = 0.4
-    supply: float = 3.0
+    J: float = 0.02  # moment of inertia, kg m^2
+    b: float = 0.03  # damping, N m s/rad
+    mgl: float = 1.2  # weight times distance of the centre of mass from the joint, N m
+    stiffness: float = 6.0  # stiffness of the controller of the angle, N m/rad
+    damping: float = 0.4  # damping of this controller, N m s/rad
+    supply: float = 3.0  # largest torque of this controller, N m
 
     name = "pendulum"
     input = "torque"
@@ -78,15 +58,15 @@ class Pendulum(Machine):
         P("quadratic_drag", "joint", lambda a, *_: friction.Windage(0.004 * a, 0.5), local=True),
         P("position_dependent_friction", "joint", lambda a, *_: friction.TightSpot(0.08 * a, 0.25, 0.2)),
         P("hysteresis", "joint", lambda a, *_: friction.MaxwellSlip(0.06 * a, 0.2)),
-        P("linear_spring", "joint", lambda a, *_: elastic.RubberSpring(0.12 * a, 0.0, 2.0)),
-        P("nonlinear_spring", "joint", lambda a, *_: elastic.OneSidedSpring(0.5 * a, 0.15, 1.0), local=True),
-        P("end_stop", "joint", lambda a, *_: elastic.Bumper(2.5 * a, 0.2, -0.6, 0.5)),
+        P("linear_spring", "joint", lambda a, *_: loads.RubberSpring(0.12 * a, 0.0, 2.0)),
+        P("nonlinear_spring", "joint", lambda a, *_: loads.OneSidedSpring(0.5 * a, 0.15, 1.0), local=True),
+        P("end_stop", "joint", lambda a, *_: loads.Bumper(2.5 * a, 0.2, -0.6, 0.5)),
         P("constant_load", "joint", lambda a, *_: loads.ConstantLoad(0.05 * a),
           (("actuator_offset", "actuator:torque"),), local=True),
         P("gravity_load", "joint", lambda a, *_: loads.Unbalance(0.12 * a, 0.3)),
         P("torque_ripple", "joint",
           lambda a, *_: loads.Ripple([0.05 * a, 0.02 * a], [7.0, 14.0], [0.4, 1.9])),
-        P("backlash", "joint", lambda a, *_: play.LooseInertia("J", 0.006, 0.02 * a, 0.2, 0.1)),
+        P("backlash", "joint", lambda a, *_: loads.LooseInertia("J", 0.006, 0.02 * a, 0.2, 0.1)),
         P("actuator_gain", "actuator:torque", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_offset", "actuator:torque", lambda a, *_: actuators.Offset(-0.05 * a),
           (("constant_load", "joint"),)),
@@ -105,55 +85,34 @@ class Pendulum(Machine):
         P("drift", "joint", lambda a, plan, _: changing.WarmingBearing(0.03 * a, 15.0, plan.begin)),
         P("scatter", "joint", changing.scattered_damping(0.015, -0.025)),
         P("flexible_transmission", "joint",
-          lambda a, *_: play.Resonator("J", min(0.004 * a, 0.012), 6.0, 0.03)),
+          lambda a, *_: loads.Resonator("J", min(0.004 * a, 0.012), 6.0, 0.03)),
         P("floor_vibration", "joint", foreign.floor_vibration(0.06, 9.0)),
         P("missed_counts", "sensor:theta", lambda a, *_: foreign.MissedCounts(0.08 * a, 2.5)),
     )  # fmt: skip
 
 
 class Linkage(NamedTuple):
-    """First and second derivatives of positions of the linkage by the angle of the crank.
+    """First and second derivatives by the angle of the crank, each of shape (n,)."""
 
-    Attributes:
-        slider: derivatives of the slider's position, m/rad and m/rad^2, each of shape (n,).
-        rod_x: derivatives of the horizontal position of the rod's centre, m/rad and m/rad^2, each of shape
-            (n,).
-        rod_y: derivatives of the vertical position of the rod's centre, m/rad and m/rad^2, each of shape
-            (n,).
-        rod_angle: derivatives of the rod's angle, 1 and 1/rad, each of shape (n,).
-    """
-
-    slider: tuple[Array, Array]
-    rod_x: tuple[Array, Array]
-    rod_y: tuple[Array, Array]
-    rod_angle: tuple[Array, Array]
+    slider: tuple[Array, Array]  # position, m/rad and m/rad^2
+    rod_x: tuple[Array, Array]  # of the rod's centre, m/rad and m/rad^2
+    rod_y: tuple[Array, Array]  # of the rod's centre, m/rad and m/rad^2
+    rod_angle: tuple[Array, Array]  # 1 and 1/rad
 
 
 @dataclass(frozen=True)
 class SliderCrank(Machine):
-    """Slider-crank with speed control; the crank turns in a vertical plane, the slider moves horizontally.
+    """Slider-crank with speed control; the crank turns in a vertical plane, the slider moves horizontally."""
 
-    Attributes:
-        m1: mass of the crank, kg.
-        m2: mass of the rod, kg.
-        m3: mass of the slider, kg.
-        l1: length of the crank, m.
-        l2: length of the rod, m.
-        J1: inertia of motor and crank, kg m^2.
-        B_m: damping of the shaft, N m s/rad.
-        gain: gain of the speed controller, N m s/rad.
-        torque: largest torque of the controller, N m.
-    """
-
-    m1: float = 0.23
-    m2: float = 0.35
-    m3: float = 0.77
-    l1: float = 0.05
-    l2: float = 0.29
-    J1: float = 0.0034
-    B_m: float = 0.007
-    gain: float = 0.12
-    torque: float = 5.0
+    m1: float = 0.23  # mass of the crank, kg
+    m2: float = 0.35  # mass of the rod, kg
+    m3: float = 0.77  # mass of the slider, kg
+    l1: float = 0.05  # length of the crank, m
+    l2: float = 0.29  # length of the rod, m
+    J1: float = 0.0034  # inertia of motor and crank, kg m^2
+    B_m: float = 0.007  # damping of the shaft, N m s/rad
+    gain: float = 0.12  # gain of the speed controller, N m s/rad
+    torque: float = 5.0  # largest torque of the controller, N m
 
     name = "slider_crank"
     input = "T"
@@ -171,10 +130,7 @@ class SliderCrank(Machine):
         return np.asarray(np.clip(self.gain * (reference - v[0]), -self.torque, self.torque))
 
     def linkage(self, theta: Array) -> Linkage:
-        """Solve the closed loop of the linkage.
-
-        Takes theta (n,) in rad.
-        """
+        """Solve the closed loop of the linkage. Takes theta (n,) in rad."""
         sine, cosine, ratio = np.sin(theta), np.cos(theta), self.l1 / self.l2
         s = ratio * sine  # the rod falls by its angle phi: sin(phi) = s
         c = np.sqrt(1.0 - s * s)
@@ -221,25 +177,23 @@ class SliderCrank(Machine):
         P("quadratic_drag", "slider", lambda a, *_: friction.Windage(10.0 * a, 0.05)),
         P("position_dependent_friction", "shaft", lambda a, *_: friction.RubbingArc(0.2 * a, 1.0)),
         P("hysteresis", "slider", lambda a, *_: friction.MaxwellSlip(3.0 * a, 0.03)),
-        P("linear_spring", "slider", lambda a, *_: elastic.RubberSpring(40.0 * a, 0.02, 0.2), local=True),
-        P("nonlinear_spring", "slider",
-          lambda a, *_: elastic.OneSidedSpring(120.0 * a, 0.04, 1.0, 2.2, 0.05)),
-        P("end_stop", "slider", lambda a, *_: elastic.Bumper(1.5e4 * a, 0.3, -1.0, 0.09)),
+        P("linear_spring", "slider", lambda a, *_: loads.RubberSpring(40.0 * a, 0.02, 0.2), local=True),
+        P("nonlinear_spring", "slider", lambda a, *_: loads.OneSidedSpring(120.0 * a, 0.04, 1.0, 2.2, 0.05)),
+        P("end_stop", "slider", lambda a, *_: loads.Bumper(1.5e4 * a, 0.3, -1.0, 0.09)),
         P("constant_load", "slider",
           lambda a, *_: loads.ConstantLoad(2.0 * a), (("gravity_load", "slider"),)),
         P("gravity_load", "shaft", lambda a, *_: loads.Unbalance(0.12 * a, -0.4)),
         P("torque_ripple", "shaft",
           lambda a, *_: loads.Ripple([0.08 * a, 0.05 * a, 0.03 * a], [6.0, 12.0, 18.0],
           [0.2, 1.4, 2.9])),
-        P("backlash", "shaft", lambda a, *_: play.LooseInertia("J1", 0.0016, 0.05 * a, 0.2, 0.5)),
+        P("backlash", "shaft", lambda a, *_: loads.LooseInertia("J1", 0.0016, 0.05 * a, 0.2, 0.5)),
         P("inertia_error", "slider", lambda a, *_: loads.WrongInertia("m3", 0.25 * a)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(0.15 * a)),
         P("actuator_offset", "actuator:T",
           lambda a, *_: actuators.Offset(0.08 * a), (("constant_load", "shaft"),)),
         P("actuator_saturation", "actuator:T", lambda a, *_: actuators.SoftSaturation(0.8 / a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.08 * a)),
-        P("actuator_asymmetry", "actuator:T",
-          lambda a, *_: actuators.UnequalSides(min(0.15 * a, 0.5), 0.02)),
+        P("actuator_asymmetry", "actuator:T", lambda a, *_: actuators.UnequalSides(min(0.15 * a, 0.5), 0.02)),
         P("actuator_lag", "actuator:T", lambda a, *_: actuators.TwoPoleLag(0.01 * a)),
         P("actuator_rate_limit", "actuator:T", lambda a, *_: actuators.SlowAmplifier(5.0 / a)),
         P("input_delay", "actuator:T", lambda a, *_: actuators.Transport(0.0073 * a)),
@@ -251,7 +205,7 @@ class SliderCrank(Machine):
         P("scatter", "shaft", changing.scattered_damping(0.005, -0.006)),
         P("centrifugal", "shaft", lambda a, *_: foreign.Centrifugal(8e-4 * a, 3.0, 0.7)),
         P("flexible_transmission", "shaft",
-          lambda a, *_: play.Resonator("J1", min(0.0015 * a, 0.0025), 9.0, 0.01)),
+          lambda a, *_: loads.Resonator("J1", min(0.0015 * a, 0.0025), 9.0, 0.01)),
         P("heated_motor", "actuator:T",
           lambda a, *_: foreign.HeatedMotor(1.5 * a, 0.5), (("drift", "actuator:T"),)),
         P("sticky_valve", "actuator:T", lambda a, *_: foreign.StickyValve(0.08 * a)),
@@ -265,32 +219,19 @@ class CamDrive(Machine):
 
     The groove lifts the follower by `lift` with a share `skew` of second harmonic. The operating point is the
     mass m of the follower (kg) and the supply V (V). The motor gets the share `duty` of the supply.
-
-    Attributes:
-        J: inertia of the shaft, kg m^2.
-        b: damping of the shaft, N m s/rad.
-        kt: torque constant of the motor, N m/A.
-        R: resistance of the motor, ohm.
-        m_0: mass of the follower in addition to m, kg.
-        k_s: stiffness of the spring, N/m.
-        y_0: compression of the spring at the lowest position, m.
-        lift: amplitude of the groove, m.
-        skew: share of the second harmonic in the groove.
-        gain: gain of the controller of the speed, s/rad.
-        fastest: set point of the speed at the reference 1, rad/s.
     """
 
-    J: float = 0.004
-    b: float = 0.01
-    kt: float = 0.26
-    R: float = 0.95
-    m_0: float = 0.35
-    k_s: float = 150.0
-    y_0: float = 0.04
-    lift: float = 0.04
-    skew: float = 0.15
-    gain: float = 0.03
-    fastest: float = 25.0
+    J: float = 0.004  # inertia of the shaft, kg m^2
+    b: float = 0.01  # damping of the shaft, N m s/rad
+    kt: float = 0.26  # torque constant of the motor, N m/A
+    R: float = 0.95  # resistance of the motor, ohm
+    m_0: float = 0.35  # mass of the follower in addition to m, kg
+    k_s: float = 150.0  # stiffness of the spring, N/m
+    y_0: float = 0.04  # compression of the spring at the lowest position, m
+    lift: float = 0.04  # amplitude of the groove, m
+    skew: float = 0.15  # share of the second harmonic in the groove
+    gain: float = 0.03  # gain of the controller of the speed, s/rad
+    fastest: float = 25.0  # set point of the speed at the reference 1, rad/s
 
     name = "cam_drive"
     input = "duty"
@@ -311,10 +252,7 @@ class CamDrive(Machine):
         return np.asarray(np.clip(u, -1.0, 1.0))
 
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
-        """Return the height of the follower, and its first and second derivative by the angle.
-
-        Takes theta (n,) in rad; gives (n,).
-        """
+        """Return the height of the follower at theta (n,), rad, and two derivatives by the angle."""
         wave = np.exp(1j * theta)
         second = self.skew * wave * wave
         half = 0.5 * self.lift
@@ -350,15 +288,15 @@ class CamDrive(Machine):
         P("quadratic_drag", "shaft", lambda a, *_: friction.Windage(4e-4 * a, 2.0), local=True),
         P("position_dependent_friction", "shaft", lambda a, *_: friction.RubbingArc(0.2 * a, 2.0)),
         P("hysteresis", "follower", lambda a, *_: friction.MaxwellSlip(8.0 * a, 0.012)),
-        P("linear_spring", "follower", lambda a, *_: elastic.RubberSpring(250.0 * a, 0.0, 0.2), local=True),
+        P("linear_spring", "follower", lambda a, *_: loads.RubberSpring(250.0 * a, 0.0, 0.2), local=True),
         P("nonlinear_spring", "follower",
-          lambda a, *_: elastic.OneSidedSpring(700.0 * a, 0.015, 1.0, 1.7, 0.02)),
-        P("end_stop", "follower", lambda a, *_: elastic.Bumper(3e4 * a, 0.4, -1.0, 0.032)),
+          lambda a, *_: loads.OneSidedSpring(700.0 * a, 0.015, 1.0, 1.7, 0.02)),
+        P("end_stop", "follower", lambda a, *_: loads.Bumper(3e4 * a, 0.4, -1.0, 0.032)),
         P("constant_load", "follower",
           lambda a, *_: loads.ConstantLoad(4.0 * a), (("gravity_load", "follower"),)),
         P("gravity_load", "shaft", lambda a, *_: loads.Unbalance(0.12 * a, 0.8)),
         P("torque_ripple", "shaft", lambda a, *_: loads.Ripple([0.15 * a, 0.1 * a], [8.0, 24.0], [0.2, 1.4])),
-        P("backlash", "shaft", lambda a, *_: play.LooseInertia("J", 0.002, 0.08 * a, 0.2, 0.5)),
+        P("backlash", "shaft", lambda a, *_: loads.LooseInertia("J", 0.002, 0.08 * a, 0.2, 0.5)),
         P("inertia_error", "follower", lambda a, *_: loads.WrongInertia("m_0", 0.5 * a)),
         P("actuator_gain", "actuator:duty", lambda a, *_: actuators.Gain(0.12 * a)),
         P("actuator_offset", "actuator:duty", lambda a, *_: actuators.Offset(0.04 * a)),

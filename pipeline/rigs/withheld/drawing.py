@@ -1,7 +1,5 @@
 """Draw cases: single effects, pairs, effects in part of the runs, effects of no family, and none."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 
@@ -16,44 +14,13 @@ from unmodelled.base.errors import BadInput
 #: Families of effects that a diagnosis can name and a machine plants; a test compares them with the library.
 FAMILIES = frozenset(
     (
-        "viscous_friction",
-        "coulomb_friction",
-        "stribeck_friction",
-        "load_friction",
-        "quadratic_drag",
-        "position_dependent_friction",
-        "hysteresis",
-        "linear_spring",
-        "nonlinear_spring",
-        "end_stop",
-        "constant_load",
-        "gravity_load",
-        "torque_ripple",
-        "backlash",
-        "flexible_transmission",
-        "inertia_error",
-        "actuator_gain",
-        "actuator_offset",
-        "actuator_saturation",
-        "actuator_dead_zone",
-        "actuator_asymmetry",
-        "actuator_lag",
-        "actuator_rate_limit",
-        "input_delay",
-        "sensor_gain",
-        "sensor_offset",
-        "sensor_delay",
-        "sensor_lag",
-        "drift",
-        "scatter",
-        "root_outflow",
-        "linear_loss",
-        "overflow",
-        "storage",
-        "radiation",
-        "inductance_saturation",
-        "self_heating",
-        "rc_branch",
+        *("viscous_friction", "coulomb_friction", "stribeck_friction", "load_friction", "quadratic_drag"),
+        *("position_dependent_friction", "hysteresis", "linear_spring", "nonlinear_spring", "end_stop"),
+        *("constant_load", "gravity_load", "torque_ripple", "backlash", "flexible_transmission"),
+        *("inertia_error", "actuator_gain", "actuator_offset", "actuator_saturation", "actuator_dead_zone"),
+        *("actuator_asymmetry", "actuator_lag", "actuator_rate_limit", "input_delay", "sensor_gain"),
+        *("sensor_offset", "sensor_delay", "sensor_lag", "drift", "scatter", "root_outflow", "linear_loss"),
+        *("overflow", "storage", "radiation", "inductance_saturation", "self_heating", "rc_branch"),
     )
 )
 LEVELS = 0.3, 3.0  # of a drawn case, in typical sizes

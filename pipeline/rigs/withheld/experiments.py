@@ -1,7 +1,5 @@
 """Simulate the logs of a case: motion first, then sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -24,20 +22,14 @@ Kind = Callable[[Array, float, np.random.Generator], Array]
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
-
-    Takes t (samples,) in s; gives (samples, runs).
-    """
+    """Draw smooth reference signals (samples, runs); all kinds occur in turn, in random order."""
     order = rng.permutation(np.arange(runs) % len(KINDS))
     kinds = [*KINDS.values()]
     return along(t, [kinds[kind] for kind in order.tolist()], extent, rng)
 
 
 def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
-    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s.
-
-    Takes t (samples,) in s; gives (samples, kinds).
-    """
+    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s."""
     columns = []
     for kind in kinds:
         wave = kind(t, extent.band, rng)
@@ -92,41 +84,25 @@ KINDS: Mapping[str, Kind] = {
 
 
 def smooth(s: Array) -> Array:
-    """Return a transition from 0 to 1 with a continuous third derivative.
-
-    Takes s (any shape); gives (shape of `s`).
-    """
+    """Return a transition (any shape) from 0 to 1 with a continuous third derivative."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 
 
 @dataclass(frozen=True)
 class Experiments:
-    """The n runs of a case.
-
-    Attributes:
-        plan: plan of the runs.
-        t: time, s, shape (samples, n).
-        u: commanded inputs, shape (samples, n).
-        outputs: logged outputs by name, each of shape (samples, n).
-        exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
-            shape (samples, n).
-        effects: channel and effect of every planted effect.
-    """
+    """The n runs of a case."""
 
     plan: Plan
-    t: Array
-    u: Array
-    outputs: dict[str, Array]
-    exact: dict[str, Array]
-    effects: list[tuple[str, Effect]]
+    t: Array  # (samples, n), s
+    u: Array  # (samples, n), commanded
+    outputs: dict[str, Array]  # (samples, n) each, logged
+    exact: dict[str, Array]  # (samples, n) each, without noise and resolution, but with planted sensor faults
+    effects: list[tuple[str, Effect]]  # channel and effect of every planted effect
 
 
 def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> Experiments:
-    """Simulate and log the runs of a case.
-
-    Takes commands (samples, n).
-    """
+    """Simulate and log the runs of a case. Takes commands (samples, n)."""
     plan = case.plan() if plan is None else plan
     effects, more = case.built(plan), () if commands is None else (1,)
     motion = _moved(case, plan, effects, commands, np.random.default_rng([case.seed, 2, *more]))
@@ -139,10 +115,7 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
 
 
 def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[str, Array]:
-    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
-
-    Gives (samples, n).
-    """
+    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise."""
     shown = {}
     for sensor in machine.sensors:
         y = (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u
@@ -154,18 +127,12 @@ def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[
 
 
 class Built(NamedTuple):
-    """A machine with what acts on it; the effects are new objects, which remember one simulation.
+    """A machine with what acts on it; the effects are new objects, which remember one simulation."""
 
-    Attributes:
-        machine: machine with its built-in effects.
-        forces: port and force of every planted force; smooth forces come before forces that project
-            velocities.
-        drive: distortions of the command, in the order of the signal.
-    """
-
-    machine: Machine
+    machine: Machine  # with its built-in effects
+    #: Port and planted force; smooth ones come before those that project velocities
     forces: list[tuple[str, PortEffect]]
-    drive: list[ActuatorEffect]
+    drive: list[ActuatorEffect]  # distortions of the command, in the order of the signal
 
 
 def built(machine: Machine, effects: Placed) -> Built:

@@ -1,7 +1,5 @@
 """Interface of all virtual machines: motion, ports, drive, sensors and plantable effects."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,54 +18,32 @@ Forces = Sequence[tuple[str, PortEffect]]
 
 
 class Sensor(NamedTuple):
-    """Sensor of a coordinate or its rate.
-
-    Attributes:
-        output: name of the output.
-        row: number of the coordinate.
-        rate: whether the sensor measures the rate of the coordinate.
-        quantum: resolution in the unit of the output; 0: none.
-        noise: root mean square noise in the unit of the output.
-        wraps: whether the output is an angle within one turn; default: no.
-        through: share of the input in the output, units of the output per unit of the input; default 0.
-    """
+    """Sensor of a coordinate or its rate."""
 
     output: str
-    row: int
-    rate: bool
-    quantum: float
-    noise: float
-    wraps: bool = False
-    through: float = 0.0
+    row: int  # number of the coordinate
+    rate: bool  # measures the rate of the coordinate
+    quantum: float  # resolution, unit of the output; 0: none
+    noise: float  # root mean square, unit of the output
+    wraps: bool = False  # the output is an angle within one turn
+    through: float = 0.0  # share of the input in the output, units of the output per unit of the input
 
 
 @dataclass(frozen=True)
 class Range:
-    """Range of the references or commands.
+    """Range of the references or commands."""
 
-    Attributes:
-        amplitude: largest deviation from the centre, in the unit of the reference.
-        band: highest frequency, Hz.
-        centre: centre, in the unit of the reference; default 0.
-    """
-
-    amplitude: float
-    band: float
-    centre: float = 0.0
+    amplitude: float  # largest deviation from the centre, unit of the reference
+    band: float  # highest frequency, Hz
+    centre: float = 0.0  # unit of the reference
 
 
 class State(NamedTuple):
-    """State of a machine with d coordinates in n runs, SI units.
+    """State of a machine with d coordinates in n runs, SI units."""
 
-    Attributes:
-        q: positions, shape (d, n).
-        v: velocities, shape (d, n).
-        before: velocities before the last step, shape (d, n).
-    """
-
-    q: Array
-    v: Array
-    before: Array
+    q: Array  # (d, n), positions
+    v: Array  # (d, n), velocities
+    before: Array  # (d, n), velocities before the last step
 
 
 class Machine(ABC):
@@ -173,27 +149,13 @@ class Machine(ABC):
         # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
         last, v = v, v + dt * self.rates(middle, 1.5 * v - 0.5 * before, u, c)
         for name, force in forces:
-            v = v + self.pushed(name, force, dt, t, middle, v, u, c)
+            v = v + self._pushed(name, force, dt, t, middle, v, u, c)
         return State(middle + 0.5 * dt * v, v, last)
 
-    def pushed(
+    def _pushed(
         self, name: str, force: PortEffect, dt: float, t: float, q: Array, v: Array, u: Array, c: Conditions
     ) -> Array:
-        """Return what the impulse of a planted force changes in one step.
-
-        Args:
-            name: name of the port.
-            force: force at the port.
-            dt: length of the step, s.
-            t: time since the start of the run, s.
-            q: positions, shape (d, n).
-            v: velocities, shape (d, n).
-            u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
-
-        Returns:
-            Change of the velocities, shape (d, n).
-        """
+        """Return what the impulse of a planted force changes in one step: velocities, (d, n)."""
         port = self.port(name, q, v, c)._replace(load=self.load(name, u))
         return port.response * force.impulse(dt, t, port)
 

@@ -1,7 +1,5 @@
 """The machines of the withheld check."""
 
-from __future__ import annotations
-
 from pipeline.rigs.withheld.balances import Cell, Column, Hotplate, Vessel, Winding
 from pipeline.rigs.withheld.carriages import BeltAxis, Hoist
 from pipeline.rigs.withheld.cranks import CamDrive, Pendulum, SliderCrank

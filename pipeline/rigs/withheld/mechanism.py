@@ -1,7 +1,5 @@
 """Base class of the virtual machines with several coordinates and levels."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
@@ -94,7 +92,7 @@ class Mechanism(Machine):
         rates = self.rates(middle, 1.5 * v - 0.5 * before, u, c)
         new = np.where(moving, v + dt * rates, rates)
         for name, force in forces:
-            change = self.pushed(name, force, dt, t, middle, new, u, c)
+            change = self._pushed(name, force, dt, t, middle, new, u, c)
             new = new + np.where(moving, change, change / dt)
         return State(np.where(moving, middle + 0.5 * dt * new, q + dt * new), new, v)
 

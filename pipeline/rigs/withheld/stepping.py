@@ -1,7 +1,5 @@
 """Integrate by the scheme of Moreau and Jean: impulses change velocities, and velocities change positions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -16,17 +14,11 @@ Control = Callable[[Array, Array, Array, Array, Conditions], Array]
 
 
 class Motion(NamedTuple):
-    """Simulated motion at the samples of the logger.
+    """Simulated motion at the samples of the logger."""
 
-    Attributes:
-        q: positions, shape (samples, d, n).
-        v: velocities, shape (samples, d, n).
-        u: commands, shape (samples, n).
-    """
-
-    q: Array
-    v: Array
-    u: Array
+    q: Array  # (samples, d, n), positions
+    v: Array  # (samples, d, n), velocities
+    u: Array  # (samples, n), commands
 
 
 def move(

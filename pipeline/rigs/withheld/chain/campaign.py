@@ -1,7 +1,5 @@
 """Many cases with measurement chains, as `acquire` writes them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

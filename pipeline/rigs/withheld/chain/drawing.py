@@ -1,7 +1,5 @@
 """Drawing cases with measurement chains: nothing planted, one effect, two, more, and effects of no family."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 
@@ -53,28 +51,20 @@ def _singles(count: int, seed: int, machines: Sequence[Machine]) -> list[Measure
     return [case for _, case in sorted(rounds, key=lambda each: each[0])]
 
 
-def _nulls(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
-    return _on_machines(count, np.random.default_rng([seed, 20]), lambda machine, rng: (), machines)
-
-
-def _several(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
-    return _on_machines(count, np.random.default_rng([seed, 21]), _some, machines)
-
-
-def _on_machines(
-    count: int,
-    rng: np.random.Generator,
-    draw: Callable[[Machine, np.random.Generator], Effects],
-    machines: Sequence[Machine],
-) -> list[MeasuredCase]:
+def _on_machines(stream: int, draw: Callable[[Machine, np.random.Generator], Effects]) -> Draw:
     """Cases on every machine in turn, in a drawn order of machines."""
-    order = rng.permutation(len(machines)).tolist()
-    found = []
-    for k in range(count):
-        machine = machines[order[k % len(order)]]
-        level = round(float(np.exp(rng.uniform(*np.log(LEVELS)))), 3)
-        found.append(MeasuredCase(machine.name, draw(machine, rng), level, int(rng.integers(2**31))))
-    return found
+
+    def drawn(count: int, seed: int, machines: Sequence[Machine]) -> list[MeasuredCase]:
+        rng = np.random.default_rng([seed, stream])
+        order = rng.permutation(len(machines)).tolist()
+        found = []
+        for k in range(count):
+            machine = machines[order[k % len(order)]]
+            level = round(float(np.exp(rng.uniform(*np.log(LEVELS)))), 3)
+            found.append(MeasuredCase(machine.name, draw(machine, rng), level, int(rng.integers(2**31))))
+        return found
+
+    return drawn
 
 
 def _some(machine: Machine, rng: np.random.Generator) -> Effects:
@@ -96,9 +86,9 @@ def _some(machine: Machine, rng: np.random.Generator) -> Effects:
 
 #: Kinds that all machines with and without inertia can have.
 KINDS: Mapping[str, Draw] = {
-    "null": _nulls,
+    "null": _on_machines(20, lambda machine, rng: ()),
     "single": _singles,
     "pair": _of("pair"),
-    "several": _several,
+    "several": _on_machines(21, _some),
     "outside": _of("outside"),
 }

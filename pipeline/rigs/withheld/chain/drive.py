@@ -1,9 +1,7 @@
 """Parts of the chain before the machine: controller, drive, and friction that varies from run to run."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -30,16 +28,12 @@ class _FirstOrder(ActuatorEffect):
 
 @dataclass(frozen=True)
 class DriveLag(Part):
-    """The log holds the command; the drive follows it with a lag of first order, `time` s.
+    """Drive that follows the logged command with a lag of first order."""
 
-    Attributes:
-        time: time constant of the lag, s.
-    """
-
-    time: float
+    time: float  # s
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> DriveLag:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a drive."""
         return cls(float(rng.uniform(*LAG)))
 
@@ -68,29 +62,19 @@ FILTER = 0.003, 0.008  # s
 class ClosedLoop(Part):
     """Controller of the input, from a set point and encoder positions.
 
-    The speed is the difference of two positions after a low-pass of first order with the time constant
-    `filter` (s), so that counts reach the input.
-
-    Attributes:
-        filter: time constant of the low-pass of the speed, s.
+    The speed is the difference of two positions after a low-pass of first order: counts reach the input.
     """
 
-    filter: float
+    filter: float  # time constant of the low-pass, s
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> ClosedLoop:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw the filter of the speed."""
         return cls(float(rng.uniform(*FILTER)))
 
 
 class Controller:
-    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation.
-
-    Args:
-        machine: machine with its constants.
-        loop: part of the measurement chain with the filter.
-        period: sampling period, s.
-    """
+    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation."""
 
     def __init__(self, machine: Machine, loop: ClosedLoop, period: float) -> None:
         self.machine, self.period = machine, period

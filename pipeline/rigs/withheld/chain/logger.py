@@ -1,8 +1,7 @@
 """Parts of the chain behind the machine: encoders, speeds, filters, and the clock of the logger."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -18,22 +17,14 @@ FASTEST = 1e-3
 
 @dataclass(frozen=True)
 class Clock(Part):
-    """Samples are taken `jitter` (rms, periods) beside the grid; time runs fast by the share `fast`.
+    """Clock of the logger, whose samples lie beside the grid."""
 
-    `stamped`: whether the log has the instants of the samples; otherwise it has the grid.
-
-    Attributes:
-        jitter: standard deviation of the sampling instants, periods.
-        fast: share by which the time stamps run fast.
-        stamped: whether the log has the instants of the samples; otherwise it has the uniform grid.
-    """
-
-    jitter: float
-    fast: float
-    stamped: bool
+    jitter: float  # rms, periods
+    fast: float  # share by which time runs fast
+    stamped: bool  # the log has the instants of the samples; otherwise it has the uniform grid
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Clock:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a clock."""
         return cls(float(rng.uniform(*JITTER)), float(rng.uniform(0.0, FASTEST)), bool(rng.uniform() < 0.5))
 
@@ -59,16 +50,12 @@ EDGE = 0.05
 
 @dataclass(frozen=True)
 class CoarseEncoder(Part):
-    """Positions in counts that are `factor` times as wide as those of the machine's encoder.
-
-    Attributes:
-        factor: width of a count relative to the encoder of the machine.
-    """
+    """Positions in counts that are `factor` times as wide as those of the machine's encoder."""
 
     factor: float
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> CoarseEncoder:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw an encoder."""
         return cls(float(np.exp(rng.uniform(*np.log(COARSER)))))
 
@@ -87,8 +74,6 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
     """Return the mean speed over `window` periods, (samples, n), from positions (samples, n).
 
     The window ends at the sample, or lies around it if `centred`; it is shorter at the ends of a run.
-
-    Takes position (samples, n), period in s; gives (samples, n).
     """
     last = len(position) - 1
     k = np.arange(last + 1)
@@ -100,21 +85,14 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
 
 @dataclass(frozen=True)
 class DifferencedSpeed(Part):
-    """Speeds are differences of the logged positions over `window` s, then a low-pass of first order at
-    `cut_off` Hz (0: none). `centred`: computed after the run, without latency.
+    """Speeds are differences of the logged positions, then pass a low-pass of first order."""
 
-    Attributes:
-        window: width of the difference, s.
-        cut_off: cut-off frequency of the low-pass of first order, Hz; 0: no low-pass.
-        centred: whether the window lies around the sample; otherwise it ends there.
-    """
-
-    window: float
-    cut_off: float
-    centred: bool
+    window: float  # width of the difference, s
+    cut_off: float  # Hz; 0: no low-pass
+    centred: bool  # the window lies around the sample, computed after the run; else it ends there
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw window and cut-off; a speed of the drive's controller has a latency."""
         window = float(np.exp(rng.uniform(*np.log(WINDOW))))
         centred = bool(rng.uniform() < 0.5)
@@ -160,18 +138,13 @@ HIGHEST = 0.4
 
 @dataclass(frozen=True)
 class LowPass(Part):
-    """Outputs pass a Butterworth filter of second order at `cut_off` Hz; the input, too, if `whole`.
+    """Outputs pass a Butterworth filter of second order."""
 
-    Attributes:
-        cut_off: cut-off frequency, Hz.
-        whole: whether the input passes the filter, too.
-    """
-
-    cut_off: float
-    whole: bool
+    cut_off: float  # Hz
+    whole: bool  # the input passes it, too
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> LowPass:
+    def drawn(cls, rng: np.random.Generator) -> Self:
         """Draw a filter."""
         return cls(float(np.exp(rng.uniform(*np.log(CUT_OFF)))), bool(rng.uniform() < 0.5))
 
@@ -181,10 +154,7 @@ class LowPass(Part):
         return replace(readings, u=u, outputs=outputs)
 
     def filtered(self, y: Array, period: float) -> Array:
-        """Return signals (samples, n) after the filter, which was at rest at their first value.
-
-        Takes y (samples, n), period in s; gives (samples, n).
-        """
+        """Return signals (samples, n) after the filter, which was at rest at their first value."""
         sections = butter(2, min(self.cut_off, HIGHEST / period), fs=1.0 / period, output="sos")
         start = sosfilt_zi(sections)[:, :, None] * y[:1][None]
         return np.asarray(sosfilt(sections, y, axis=0, zi=start)[0])

@@ -1,7 +1,5 @@
 """The logs of a case with a measurement chain, and how much of the gap each planted effect makes."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from itertools import chain
 from typing import NamedTuple
@@ -77,17 +75,11 @@ HORIZON = 0.1  # s, that of the shares; a diagnosis chooses its horizon from the
 
 
 class Shares(NamedTuple):
-    """Root mean square errors of free runs over `HORIZON`, in standard deviations of the logged outputs.
+    """Root mean square errors of free runs over `HORIZON`, in standard deviations of the logged outputs."""
 
-    Attributes:
-        effects: error of the machine without any planted effect, with its true constants.
-        chain: error of the machine with all planted effects and without the measurement chain.
-        each: error of the machine without one planted effect, by effect.
-    """
-
-    effects: float
-    chain: float
-    each: tuple[float, ...]
+    effects: float  # without any planted effect, with the true constants
+    chain: float  # with all planted effects, without the measurement chain
+    each: tuple[float, ...]  # without one planted effect, by effect
 
     @property
     def shares(self) -> tuple[float, ...]:

@@ -1,7 +1,5 @@
 """A part of the measurement chain, and the readings of the logger."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -21,17 +19,11 @@ Names = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class Readings:
-    """Signals of n runs, (samples, n) each.
+    """Signals of n runs."""
 
-    Attributes:
-        t: time stamps, s, shape (samples, n).
-        u: logged input, shape (samples, n).
-        outputs: outputs by name, in SI units, shape (samples, n) each.
-    """
-
-    t: Array
-    u: Array
-    outputs: Mapping[str, Array]
+    t: Array  # (samples, n), time stamps, s
+    u: Array  # (samples, n), logged
+    outputs: Mapping[str, Array]  # (samples, n) each, by name, SI units
 
 
 @dataclass(frozen=True)
@@ -59,10 +51,7 @@ class Part:
         return readings
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
-        """Return the readings after a calculation, from those with noise and counts.
-
-        Takes period in s.
-        """
+        """Return the readings after a calculation, from those with noise and counts. Takes period in s."""
         return readings
 
     def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
@@ -78,13 +67,9 @@ class Part:
 
 @dataclass(frozen=True)
 class VaryingPart(Part):
-    """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero.
+    """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero."""
 
-    Attributes:
-        excess: excess of every run, share of the mean, shape (n,).
-    """
-
-    excess: tuple[float, ...]
+    excess: tuple[float, ...]  # (n,)
 
     @classmethod
     def drawn(cls, runs: int, rng: np.random.Generator) -> Self:

@@ -1,7 +1,5 @@
 """Effects of an amplifier, a motor or a valve on the command."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -13,13 +11,9 @@ from pipeline.rigs.withheld.effects.effect import ActuatorEffect
 
 @dataclass
 class Gain(ActuatorEffect):
-    """A gain error: the command is too strong by a share.
+    """A gain error: the command is too strong by a share."""
 
-    Attributes:
-        excess: relative error; one value per run has shape (n,).
-    """
-
-    excess: float | Array
+    excess: float | Array  # share; one value per run is (n,)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return u * (1.0 + self.excess)
@@ -27,13 +21,9 @@ class Gain(ActuatorEffect):
 
 @dataclass
 class Offset(ActuatorEffect):
-    """An offset of the command.
+    """An offset of the command."""
 
-    Attributes:
-        offset: offset in the unit of the command.
-    """
-
-    offset: float
+    offset: float  # unit of the command
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return u + self.offset
@@ -41,13 +31,9 @@ class Offset(ActuatorEffect):
 
 @dataclass
 class SoftSaturation(ActuatorEffect):
-    """A saturation limit tanh(u / limit), as of saturating iron.
+    """A saturation limit tanh(u / limit), as of saturating iron."""
 
-    Attributes:
-        limit: limit in the unit of the command.
-    """
-
-    limit: float
+    limit: float  # unit of the command
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return self.limit * np.tanh(u / self.limit)
@@ -55,13 +41,9 @@ class SoftSaturation(ActuatorEffect):
 
 @dataclass
 class RoundedDeadZone(ActuatorEffect):
-    """A rounded dead zone u - width tanh(u / width).
+    """A rounded dead zone u - width tanh(u / width)."""
 
-    Attributes:
-        width: half width of the dead zone in the unit of the command.
-    """
-
-    width: float
+    width: float  # half width, unit of the command
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return u - self.width * np.tanh(u / self.width)
@@ -69,15 +51,10 @@ class RoundedDeadZone(ActuatorEffect):
 
 @dataclass
 class UnequalSides(ActuatorEffect):
-    """A gain that is higher for one sign of the command than for the other, with a gradual transition.
+    """A gain that is higher for one sign of the command than for the other, with a gradual transition."""
 
-    Attributes:
-        excess: relative gain error at large positive commands, opposite at large negative commands.
-        width: command scale of the transition, in the unit of the command.
-    """
-
-    excess: float
-    width: float
+    excess: float  # share at large positive commands, opposite at large negative commands
+    width: float  # scale of the transition, unit of the command
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return np.asarray(u * (1.0 + self.excess * np.tanh(u / self.width)))
@@ -85,13 +62,9 @@ class UnequalSides(ActuatorEffect):
 
 @dataclass
 class TwoPoleLag(ActuatorEffect):
-    """A second-order lag with one pole at 1 / time and one five times as fast.
+    """A second-order lag with one pole at 1 / time and one five times as fast."""
 
-    Attributes:
-        time: larger time constant, s.
-    """
-
-    time: float
+    time: float  # larger time constant, s
     _state: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
@@ -104,13 +77,9 @@ class TwoPoleLag(ActuatorEffect):
 
 @dataclass
 class SlowAmplifier(ActuatorEffect):
-    """A limit of the rate of the output, which follows slower commands exactly.
+    """A limit of the rate of the output, which follows slower commands exactly."""
 
-    Attributes:
-        rate: largest rate, in the unit of the command per second.
-    """
-
-    rate: float
+    rate: float  # unit of the command per second
     _last: Array | None = field(default=None, init=False, repr=False)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
@@ -121,13 +90,9 @@ class SlowAmplifier(ActuatorEffect):
 
 @dataclass
 class Transport(ActuatorEffect):
-    """A delay of the command; the first command acts before.
+    """A delay of the command; the first command acts before."""
 
-    Attributes:
-        delay: delay, s.
-    """
-
-    delay: float
+    delay: float  # s
     _past: deque[Array] | None = field(default=None, init=False, repr=False)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:

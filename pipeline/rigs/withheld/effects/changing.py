@@ -1,7 +1,5 @@
 """Effects that change with time, or between runs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,17 +10,11 @@ from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Make, Port, Po
 
 @dataclass
 class WarmingBearing(PortEffect):
-    """Viscous friction that changes exponentially as a bearing warms up.
+    """Viscous friction that changes exponentially as a bearing warms up."""
 
-    Attributes:
-        change: final change of the friction coefficient, SI unit of the port.
-        time: time constant, s.
-        begin: start of every run since the start of the campaign, s, shape (n,).
-    """
-
-    change: float
-    time: float
-    begin: Array
+    change: float  # final change of the friction coefficient, SI unit of the port
+    time: float  # time constant, s
+    begin: Array  # (n,), start of every run since the start of the campaign, s
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.change * (1.0 - np.exp(-(self.begin + t) / self.time)) * port.velocity
@@ -30,17 +22,11 @@ class WarmingBearing(PortEffect):
 
 @dataclass
 class FadingDrive(ActuatorEffect):
-    """A drive that loses strength exponentially as it warms up.
+    """A drive that loses strength exponentially as it warms up."""
 
-    Attributes:
-        fall: final relative loss.
-        time: time constant, s.
-        begin: start of every run since the start of the campaign, s, shape (n,).
-    """
-
-    fall: float
-    time: float
-    begin: Array
+    fall: float  # final relative loss
+    time: float  # time constant, s
+    begin: Array  # (n,), start of every run since the start of the campaign, s
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
         return u * (1.0 - self.fall * (1.0 - np.exp(-(self.begin + t) / self.time)))
@@ -48,23 +34,16 @@ class FadingDrive(ActuatorEffect):
 
 @dataclass
 class ScatteredDamping(PortEffect):
-    """Viscous friction that differs between runs.
+    """Viscous friction that differs between runs."""
 
-    Attributes:
-        excess: change of the friction coefficient in every run, SI unit of the port, shape (n,).
-    """
-
-    excess: Array
+    excess: Array  # (n,), change of the friction coefficient, SI unit of the port
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.excess * port.velocity
 
 
 def spread(runs: int, rng: np.random.Generator) -> Array:
-    """Draw values of mean zero and mean square one, none beyond about two.
-
-    Gives (runs,).
-    """
+    """Draw values of mean zero and mean square one, none beyond about two; gives (runs,)."""
     values = rng.uniform(-1.0, 1.0, runs)
     values -= values.mean()
     return np.asarray(values / np.sqrt(np.mean(values**2)))

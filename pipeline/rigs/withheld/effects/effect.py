@@ -1,7 +1,5 @@
 """Interfaces of planted effects: forces at a port, distortions of the actuator and of a sensor."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
@@ -13,22 +11,13 @@ from pipeline.arrays import Array
 
 
 class Port(NamedTuple):
-    """A port of n runs side by side, SI units.
+    """A port of n runs side by side, SI units."""
 
-    Attributes:
-        position: position of the port, shape (n,).
-        velocity: velocity of the port, shape (n,).
-        response: change of the machine's d velocities per unit of impulse taken out of the port, shape (d,
-            n).
-        mobility: decrease of the port's own velocity per unit of impulse, shape (n,).
-        load: force or torque of the drive at the port, shape (n,); default none.
-    """
-
-    position: Array
-    velocity: Array
-    response: Array
-    mobility: Array
-    load: Array | float = 0.0
+    position: Array  # (n,)
+    velocity: Array  # (n,)
+    response: Array  # (d, n), change of the d velocities per unit of impulse taken out of the port
+    mobility: Array  # (n,), decrease of the port's own velocity per unit of impulse
+    load: Array | float = 0.0  # (n,), force or torque of the drive at the port
 
 
 @dataclass(frozen=True)
@@ -132,15 +121,10 @@ class SensorEffect(Effect, ABC):
 
 @dataclass
 class Only(PortEffect):
-    """A force that acts in some of the runs.
-
-    Attributes:
-        inner: force, in the runs in which it acts.
-        where: 1 in runs with the force and 0 in other runs, shape (n,).
-    """
+    """A force that acts in some of the runs."""
 
     inner: PortEffect
-    where: Array
+    where: Array  # (n,), 1 in runs with the force and 0 in other runs
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return self.where * self.inner.impulse(dt, t, port)
@@ -157,20 +141,12 @@ Make = Callable[[float, Plan, np.random.Generator], Effect]
 
 @dataclass(frozen=True)
 class Plantable:
-    """An effect that a machine offers.
+    """An effect that a machine offers."""
 
-    Attributes:
-        family: name of the family in shared/contracts/diagnosis.md, or another name for an effect of
-            no family.
-        channel: a port, `actuator:<input>` or `sensor:<output>`.
-        make: function that makes the effect.
-        alike: family and channel of effects that the logs of this machine cannot distinguish from this
-            effect, or that come close to an effect of no family.
-        local: whether the effect may also be planted at one level of a factor or in one group only.
-    """
-
-    family: str
-    channel: str
+    family: str  # of shared/contracts/diagnosis.md, or another name for an effect of no family
+    channel: str  # a port, `actuator:<input>` or `sensor:<output>`
     make: Make
+    #: Family and channel of effects that the logs of this machine cannot distinguish from this effect, or
+    #: that come close to an effect of no family
     alike: tuple[tuple[str, str], ...] = ()
-    local: bool = False
+    local: bool = False  # may also be planted at one level of a factor or in one group only

@@ -1,7 +1,5 @@
 """Flows out of a balance of fluid, heat or charge, and what a cell and a winding lack."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,17 +11,11 @@ from pipeline.rigs.withheld.effects.effect import Effect, Port, PortEffect
 
 @dataclass
 class Orifice(PortEffect):
-    """Opening with a turbulent flow, which becomes laminar at low levels.
+    """Opening with a turbulent flow, which becomes laminar at low levels."""
 
-    Attributes:
-        flow: flow at the level `scale`.
-        scale: level of the flow.
-        laminar: level below which the flow is laminar.
-    """
-
-    flow: float
-    scale: float
-    laminar: float
+    flow: float  # flow at the level `scale`
+    scale: float  # level of the flow
+    laminar: float  # level below which the flow is laminar
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         level = port.position
@@ -32,15 +24,10 @@ class Orifice(PortEffect):
 
 @dataclass
 class Gap(PortEffect):
-    """Leak through a gap that the level widens a little.
+    """Leak through a gap that the level widens a little."""
 
-    Attributes:
-        conductance: flow per level at the level zero.
-        widening: relative increase of the conductance per level.
-    """
-
-    conductance: float
-    widening: float
+    conductance: float  # flow per level at the level zero
+    widening: float  # relative increase of the conductance per level
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.conductance * port.position * (1.0 + self.widening * port.position)
@@ -48,21 +35,13 @@ class Gap(PortEffect):
 
 @dataclass
 class ReliefValve(PortEffect):
-    """Valve that opens softly above a level.
+    """Valve that opens softly above a level."""
 
-    Attributes:
-        conductance: flow per level above the opening.
-        opening: level at which the valve opens.
-        softness: width of the transition, unit of the level.
-        power: exponent of the flow: 1 for a valve, 1.5 for an edge.
-        scale: level above the opening at which the exponent changes nothing.
-    """
-
-    conductance: float
-    opening: float
-    softness: float
-    power: float = 1.0
-    scale: float = 1.0
+    conductance: float  # flow per level above the opening
+    opening: float  # level at which the valve opens
+    softness: float  # width of the transition, unit of the level
+    power: float = 1.0  # exponent of the flow: 1 for a valve, 1.5 for an edge
+    scale: float = 1.0  # level above the opening at which the exponent changes nothing
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         above = self.softness * np.logaddexp(0.0, (port.position - self.opening) / self.softness)
@@ -71,16 +50,11 @@ class ReliefValve(PortEffect):
 
 @dataclass
 class SecondStore(PortEffect):
-    """Store behind a passage; it starts at the level of the port.
+    """Store behind a passage; it starts at the level of the port."""
 
-    Attributes:
-        conductance: flow per difference of the levels.
-        capacity: content per level.
-        rough: difference of the levels from which on the flow grows less than in proportion; 0: never.
-    """
-
-    conductance: float
-    capacity: float
+    conductance: float  # flow per difference of the levels
+    capacity: float  # content per level
+    #: Difference of the levels from which on the flow grows less than in proportion; 0: never
     rough: float = 0.0
     _level: Array | None = field(default=None, init=False, repr=False)
 
@@ -95,17 +69,11 @@ class SecondStore(PortEffect):
 
 @dataclass
 class Radiator(PortEffect):
-    """Heat that a metal radiates: its emissivity grows with the temperature.
+    """Heat that a metal radiates: its emissivity grows with the temperature."""
 
-    Attributes:
-        power: power at the temperature `scale` of the body, W.
-        scale: temperature of this power, K.
-        around: temperature of the surroundings, K.
-    """
-
-    power: float
-    scale: float
-    around: float
+    power: float  # power at the temperature `scale` of the body, W
+    scale: float  # temperature of this power, K
+    around: float  # temperature of the surroundings, K
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         own, around = port.position / self.scale, self.around / self.scale
@@ -114,21 +82,13 @@ class Radiator(PortEffect):
 
 @dataclass
 class HotCopper(PortEffect):
-    """Resistance of a winding that its losses heat; the winding passes heat to its core.
+    """Resistance of a winding that its losses heat; the winding passes heat to its core."""
 
-    Attributes:
-        resistance: resistance of the cold winding, ohm.
-        rise: relative increase of the resistance for each W of losses at rest.
-        winding: time constant of the winding, s.
-        core: time constant of the core, s.
-        share: share of the core in the increase.
-    """
-
-    resistance: float
-    rise: float
-    winding: float
-    core: float
-    share: float = 0.2
+    resistance: float  # resistance of the cold winding, ohm
+    rise: float  # relative increase of the resistance for each W of losses at rest
+    winding: float  # time constant of the winding, s
+    core: float  # time constant of the core, s
+    share: float = 0.2  # share of the core in the increase
     _warm: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
@@ -145,19 +105,12 @@ class HotCopper(PortEffect):
 
 @dataclass
 class Polarisation(PortEffect):
-    """Voltage that a current builds up in two branches, beside the resistance of a cell.
+    """Voltage that a current builds up in two branches, beside the resistance of a cell."""
 
-    Attributes:
-        slow: resistance of the slow branch, ohm.
-        slow_time: its time constant, s.
-        fast: resistance of the fast branch, ohm.
-        fast_time: its time constant, s.
-    """
-
-    slow: float
-    slow_time: float
-    fast: float
-    fast_time: float
+    slow: float  # resistance of the slow branch, ohm
+    slow_time: float  # s
+    fast: float  # resistance of the fast branch, ohm
+    fast_time: float  # s
     _voltage: tuple[Array | float, Array | float] = field(default=(0.0, 0.0), init=False, repr=False)
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
@@ -172,15 +125,10 @@ class Polarisation(PortEffect):
 
 @dataclass
 class IronCore(Effect):
-    """Inductance that falls with the current.
+    """Inductance that falls with the current."""
 
-    Attributes:
-        lost: inductance that is lost at high currents, H.
-        knee: current at which much of it is lost, A.
-    """
-
-    lost: float
-    knee: float
+    lost: float  # inductance that is lost at high currents, H
+    knee: float  # current at which much of it is lost, A
 
     def refitted(self, machine: Any) -> Any:
         return replace(machine, lost=self.lost, knee=self.knee)

@@ -1,7 +1,5 @@
 """Effects that belong to no family of the diagnosis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,17 +11,11 @@ from pipeline.rigs.withheld.effects.friction import stopping
 
 @dataclass
 class Centrifugal(PortEffect):
-    """A force with the square of the speed and the sine of the position, as of a forgotten linkage.
+    """A force with the square of the speed and the sine of the position, as of a forgotten linkage."""
 
-    Attributes:
-        strength: amplitude per squared speed, SI unit of the port.
-        order: wave number over the position.
-        phase: phase, rad.
-    """
-
-    strength: float
-    order: float
-    phase: float
+    strength: float  # amplitude per squared speed, SI unit of the port
+    order: float  # wave number over the position
+    phase: float  # rad
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.strength * np.sin(self.order * port.position + self.phase) * port.velocity**2
@@ -31,17 +23,11 @@ class Centrifugal(PortEffect):
 
 @dataclass
 class HeatedFriction(PortEffect):
-    """Dry friction proportional to a load, which falls to 30 % as its own heat accumulates.
+    """Dry friction proportional to a load, which falls to 30 % as its own heat accumulates."""
 
-    Attributes:
-        load: friction force of the cold port, shape (n,).
-        capacity: work over which the friction falls.
-        time: time constant of the cooling, s.
-    """
-
-    load: Array
-    capacity: float
-    time: float
+    load: Array  # (n,), friction force of the cold port
+    capacity: float  # work over which the friction falls
+    time: float  # time constant of the cooling, s
     _heat: Array | None = field(default=None, init=False, repr=False)
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
@@ -54,17 +40,11 @@ class HeatedFriction(PortEffect):
 
 @dataclass
 class FloorVibration(PortEffect):
-    """A sinusoidal force of a shaking floor, with another phase in every run.
+    """A sinusoidal force of a shaking floor, with another phase in every run."""
 
-    Attributes:
-        amplitude: amplitude, SI unit of the port.
-        frequency: frequency, Hz.
-        phase: phase in every run, rad, shape (n,).
-    """
-
-    amplitude: float
-    frequency: float
-    phase: Array
+    amplitude: float  # SI unit of the port
+    frequency: float  # Hz
+    phase: Array  # (n,), rad
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.amplitude * np.sin(2.0 * np.pi * self.frequency * t + self.phase)
@@ -77,15 +57,10 @@ def floor_vibration(typical: float, frequency: float) -> Make:
 
 @dataclass
 class HeatedMotor(ActuatorEffect):
-    """A gain that falls with the heat of the command itself, as of weakening magnets.
+    """A gain that falls with the heat of the command itself, as of weakening magnets."""
 
-    Attributes:
-        loss: relative loss per mean square of the command.
-        time: time constant of the mean square, s.
-    """
-
-    loss: float
-    time: float
+    loss: float  # relative loss per mean square of the command
+    time: float  # time constant of the mean square, s
     _heat: Array | None = field(default=None, init=False, repr=False)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
@@ -96,13 +71,9 @@ class HeatedMotor(ActuatorEffect):
 
 @dataclass
 class StickyValve(ActuatorEffect):
-    """A sticking spool, which follows the command in one jump.
+    """A sticking spool, which follows the command in one jump."""
 
-    Attributes:
-        band: distance of the command at which the spool jumps, in the unit of the command.
-    """
-
-    band: float
+    band: float  # distance of the command at which the spool jumps, in the unit of the command
     _held: Array | None = field(default=None, init=False, repr=False)
 
     def applied(self, dt: float, t: float, u: Array) -> Array:
@@ -113,14 +84,9 @@ class StickyValve(ActuatorEffect):
 
 @dataclass
 class MissedCounts(SensorEffect):
-    """An encoder that misses counts at high speed.
+    """An encoder that misses counts at high speed."""
 
-    Attributes:
-        share: share of the missed counts.
-        speed: speed above which counts are missed.
-    """
-
-    share: float
+    share: float  # of the counts above the speed
     speed: float
 
     def seen(self, period: float, y: Array) -> Array:

@@ -1,7 +1,5 @@
 """Friction and drag as set-valued laws, by Moreau's projection: friction stops the port within its limit."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass, field
 
@@ -14,10 +12,7 @@ _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2
 
 
 def stopping(port: Port) -> Array:
-    """Return the impulse that brings the port to rest.
-
-    Gives (n,).
-    """
+    """Return the impulse that brings the port to rest; gives (n,)."""
     return port.velocity / np.maximum(port.mobility, _RIGID)
 
 
@@ -42,13 +37,9 @@ class DryFriction(PortEffect):
 
 @dataclass
 class Coulomb(DryFriction):
-    """The same limit at rest and when sliding.
+    """The same limit at rest and when sliding."""
 
-    Attributes:
-        force: limit, SI unit of the port; one value per run has shape (n,).
-    """
-
-    force: float | Array
+    force: float | Array  # SI unit of the port; one value per run is (n,)
 
     def limit(self, port: Port) -> Array:
         return np.broadcast_to(self.force, port.velocity.shape)
@@ -56,15 +47,10 @@ class Coulomb(DryFriction):
 
 @dataclass
 class ArctanFriction(PortEffect):
-    """A smooth friction force 2 / pi * force * atan(v / creep), without sticking.
+    """A smooth friction force 2 / pi * force * atan(v / creep), without sticking."""
 
-    Attributes:
-        force: friction force at high speed, SI unit of the port.
-        creep: speed scale of the transition.
-    """
-
-    force: float
-    creep: float
+    force: float  # friction force at high speed, SI unit of the port
+    creep: float  # speed scale of the transition
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         sliding = dt * self.force * 2.0 / np.pi * np.arctan(port.velocity / self.creep)
@@ -74,17 +60,11 @@ class ArctanFriction(PortEffect):
 
 @dataclass
 class LorentzFriction(DryFriction):
-    """A limit that falls with the speed as a Lorentz curve.
+    """A limit that falls with the speed as a Lorentz curve."""
 
-    Attributes:
-        kinetic: limit at high speed, SI unit of the port.
-        static: limit at rest, SI unit of the port.
-        speed: half width of the curve.
-    """
-
-    kinetic: float
-    static: float
-    speed: float
+    kinetic: float  # limit at high speed, SI unit of the port
+    static: float  # limit at rest, SI unit of the port
+    speed: float  # half width of the curve
 
     def limit(self, port: Port) -> Array:
         return self.kinetic + (self.static - self.kinetic) / (1.0 + (port.velocity / self.speed) ** 2)
@@ -92,17 +72,11 @@ class LorentzFriction(DryFriction):
 
 @dataclass
 class TustinFriction(DryFriction):
-    """A limit that falls exponentially with the speed.
+    """A limit that falls exponentially with the speed."""
 
-    Attributes:
-        kinetic: limit at high speed, SI unit of the port.
-        static: limit at rest, SI unit of the port.
-        speed: speed scale of the fall.
-    """
-
-    kinetic: float
-    static: float
-    speed: float
+    kinetic: float  # limit at high speed, SI unit of the port
+    static: float  # limit at rest, SI unit of the port
+    speed: float  # speed scale of the fall
 
     def limit(self, port: Port) -> Array:
         return self.kinetic + (self.static - self.kinetic) * np.exp(-np.abs(port.velocity) / self.speed)
@@ -110,17 +84,11 @@ class TustinFriction(DryFriction):
 
 @dataclass
 class TightSpot(DryFriction):
-    """Dry friction around one position.
+    """Dry friction around one position."""
 
-    Attributes:
-        force: limit at the centre, SI unit of the port.
-        centre: position of the centre.
-        width: distance from the centre over which the limit falls.
-    """
-
-    force: float
-    centre: float
-    width: float
+    force: float  # limit at the centre, SI unit of the port
+    centre: float  # position of the centre
+    width: float  # distance from the centre over which the limit falls
 
     def limit(self, port: Port) -> Array:
         return self.force * np.exp(-(((port.position - self.centre) / self.width) ** 2))
@@ -128,15 +96,10 @@ class TightSpot(DryFriction):
 
 @dataclass
 class GearFriction(DryFriction):
-    """Dry friction of a preloaded gear: its limit grows with the force between the teeth.
+    """Dry friction of a preloaded gear: its limit grows with the force between the teeth."""
 
-    Attributes:
-        share: limit per force of the drive, at large forces.
-        preload: force between the teeth without a drive, SI unit of the port.
-    """
-
-    share: float
-    preload: float
+    share: float  # limit per force of the drive, at large forces
+    preload: float  # force between the teeth without a drive, SI unit of the port
 
     def limit(self, port: Port) -> Array:
         return np.asarray(self.share * np.hypot(port.load, self.preload))
@@ -144,15 +107,10 @@ class GearFriction(DryFriction):
 
 @dataclass
 class RubbingArc(DryFriction):
-    """Dry friction over one half of every turn.
+    """Dry friction over one half of every turn."""
 
-    Attributes:
-        force: largest limit, SI unit of the port.
-        phase: angle of the largest limit, rad.
-    """
-
-    force: float
-    phase: float
+    force: float  # largest limit, SI unit of the port
+    phase: float  # angle of the largest limit, rad
 
     def limit(self, port: Port) -> Array:
         return self.force * np.maximum(0.0, np.cos(port.position - self.phase))
@@ -163,16 +121,11 @@ class MaxwellSlip(PortEffect):
     """Presliding friction as parallel springs that slip one after the other.
 
     The springs have equal stiffness and slip at deflections that grow up to `travel` (Iwan's model).
-
-    Attributes:
-        force: friction force when all springs slip, SI unit of the port.
-        travel: deflection at which the last spring slips.
-        count: number of springs; default 6.
     """
 
-    force: float
-    travel: float
-    count: int = 6
+    force: float  # friction force when all springs slip, SI unit of the port
+    travel: float  # deflection at which the last spring slips
+    count: int = 6  # of springs
     _spring: Array | None = field(default=None, init=False, repr=False)
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
@@ -184,15 +137,10 @@ class MaxwellSlip(PortEffect):
 
 @dataclass
 class EyringDrag(PortEffect):
-    """Viscous friction of a lubricant that thins slightly under shear.
+    """Viscous friction of a lubricant that thins slightly under shear."""
 
-    Attributes:
-        damping: friction coefficient at low speed, SI unit of the port.
-        speed: speed above which the friction grows more slowly.
-    """
-
-    damping: float
-    speed: float
+    damping: float  # friction coefficient at low speed, SI unit of the port
+    speed: float  # speed above which the friction grows more slowly
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.damping * self.speed * np.arcsinh(port.velocity / self.speed)
@@ -200,15 +148,10 @@ class EyringDrag(PortEffect):
 
 @dataclass
 class Windage(PortEffect):
-    """Quadratic drag, laminar at low speed.
+    """Quadratic drag, laminar at low speed."""
 
-    Attributes:
-        drag: drag coefficient at high speed, SI unit of the port.
-        speed: speed below which the drag is laminar.
-    """
-
-    drag: float
-    speed: float
+    drag: float  # drag coefficient at high speed, SI unit of the port
+    speed: float  # speed below which the drag is laminar
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         return dt * self.drag * port.velocity * np.hypot(port.velocity, self.speed)

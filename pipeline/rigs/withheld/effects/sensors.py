@@ -1,7 +1,5 @@
 """Faults of sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +11,9 @@ from pipeline.rigs.withheld.effects.effect import SensorEffect
 
 @dataclass
 class ScaleError(SensorEffect):
-    """A gain error of the sensor.
+    """A gain error of the sensor."""
 
-    Attributes:
-        excess: relative error.
-    """
-
-    excess: float
+    excess: float  # share
 
     def seen(self, period: float, y: Array) -> Array:
         return y * (1.0 + self.excess)
@@ -27,13 +21,9 @@ class ScaleError(SensorEffect):
 
 @dataclass
 class Bias(SensorEffect):
-    """An offset of the sensor.
+    """An offset of the sensor."""
 
-    Attributes:
-        bias: offset in the unit of the output.
-    """
-
-    bias: float
+    bias: float  # unit of the output
 
     def seen(self, period: float, y: Array) -> Array:
         return y + self.bias
@@ -41,13 +31,9 @@ class Bias(SensorEffect):
 
 @dataclass
 class Latency(SensorEffect):
-    """A delay of the sensor; at the start it shows the first output.
+    """A delay of the sensor; at the start it shows the first output."""
 
-    Attributes:
-        delay: delay, s.
-    """
-
-    delay: float
+    delay: float  # s
 
     def seen(self, period: float, y: Array) -> Array:
         t = period * np.arange(len(y))
@@ -56,13 +42,9 @@ class Latency(SensorEffect):
 
 @dataclass
 class LowPass(SensorEffect):
-    """A second-order low-pass filter with one pole at 1 / time and one five times as fast.
+    """A second-order low-pass filter with one pole at 1 / time and one five times as fast."""
 
-    Attributes:
-        time: larger time constant, s.
-    """
-
-    time: float
+    time: float  # larger time constant, s
 
     def seen(self, period: float, y: Array) -> Array:
         fast = _filtered(y, period, self.time / 5.0)

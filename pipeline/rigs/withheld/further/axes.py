@@ -1,23 +1,11 @@
 """Machines that move along a line: a ball screw, a magnet, a chain of masses, a hydraulic cylinder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    flows,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, flows, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -25,29 +13,16 @@ from pipeline.rigs.withheld.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class BallScrew(Mechanism):
-    """Axis with a ball screw: a motor moves a table with a payload, with position control.
+    """Axis with a ball screw and position control; the payload m (kg) of the table is the operating point."""
 
-    The payload m (kg) is the operating point.
-
-    Attributes:
-        J: moment of inertia of motor and screw, kg m^2.
-        b: damping of motor and screw, N m s/rad.
-        m_t: mass of the table, kg.
-        b_t: damping of the table, N s/m.
-        n: travel of the table per angle of the screw, m/rad.
-        kt: torque constant of the motor, N m/A.
-        stiffness: proportional gain of the controller, A/rad.
-        damping: derivative gain of the controller, A s/rad.
-    """
-
-    J: float = 5e-4
-    b: float = 2e-3
-    m_t: float = 12.0
-    b_t: float = 90.0
-    n: float = 0.02 / (2.0 * np.pi)
-    kt: float = 0.45
-    stiffness: float = 1.5
-    damping: float = 0.06
+    J: float = 5e-4  # moment of inertia of motor and screw, kg m^2
+    b: float = 2e-3  # damping of motor and screw, N m s/rad
+    m_t: float = 12.0  # mass of the table, kg
+    b_t: float = 90.0  # damping of the table, N s/m
+    n: float = 0.02 / (2.0 * np.pi)  # travel of the table per angle of the screw, m/rad
+    kt: float = 0.45  # torque constant of the motor, N m/A
+    stiffness: float = 1.5  # proportional gain of the controller, A/rad
+    damping: float = 0.06  # derivative gain of the controller, A s/rad
 
     limits = -16.0, 16.0
     name = "ball_screw"
@@ -87,11 +62,11 @@ class BallScrew(Mechanism):
         P("load_friction", "screw", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 0.05),
           (("load_friction", "table"),)),
         P("position_dependent_friction", "table", lambda a, *_: friction.TightSpot(90.0 * a, 0.01, 0.012)),
-        P("linear_spring", "table", lambda a, *_: elastic.RubberSpring(1500.0 * a, 0.0, 0.1),
+        P("linear_spring", "table", lambda a, *_: loads.RubberSpring(1500.0 * a, 0.0, 0.1),
           (("linear_spring", "screw"),)),
-        P("end_stop", "table", lambda a, *_: elastic.Bumper(2e5 * a, 0.4, -0.035, 0.03)),
+        P("end_stop", "table", lambda a, *_: loads.Bumper(2e5 * a, 0.4, -0.035, 0.03)),
         P("torque_ripple", "screw", lambda a, *_: loads.Ripple([0.12 * a, 0.06 * a], [1.0, 4.0], [0.5, 1.2])),
-        P("backlash", "screw", lambda a, *_: play.LooseInertia("J", 1e-4, 0.15 * a, 0.2, 0.5)),
+        P("backlash", "screw", lambda a, *_: loads.LooseInertia("J", 1e-4, 0.15 * a, 0.2, 0.5)),
         P("actuator_offset", "actuator:i", lambda a, *_: actuators.Offset(0.25 * a),
           (("constant_load", "screw"), ("constant_load", "table"))),
         P("actuator_asymmetry", "actuator:i", lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.2)),
@@ -109,24 +84,15 @@ class Magnet(Mechanism):
     """Stage that an electromagnet pulls against a spring: the force falls with the square of the gap.
 
     At the position 0 the spring is relaxed.
-
-    Attributes:
-        m: mass of the stage, kg.
-        b: damping of the guide, N s/m.
-        k_s: stiffness of the spring, N/m.
-        k_m: constant of the magnet, N m^2/A^2.
-        gap: gap of the magnet at the position 0, m.
-        stiffness: proportional gain of the controller, A/m.
-        damping: derivative gain of the controller, A s/m.
     """
 
-    m: float = 0.8
-    b: float = 6.0
-    k_s: float = 1000.0
-    k_m: float = 2e-5
-    gap: float = 0.01
-    stiffness: float = 60.0
-    damping: float = 0.5
+    m: float = 0.8  # mass of the stage, kg
+    b: float = 6.0  # damping of the guide, N s/m
+    k_s: float = 1000.0  # stiffness of the spring, N/m
+    k_m: float = 2e-5  # constant of the magnet, N m^2/A^2
+    gap: float = 0.01  # gap of the magnet at the position 0, m
+    stiffness: float = 60.0  # proportional gain of the controller, A/m
+    damping: float = 0.5  # derivative gain of the controller, A s/m
 
     limits = 0.0, 4.0
     ports = {"stage": (1.0,)}  # noqa: RUF012
@@ -158,8 +124,8 @@ class Magnet(Mechanism):
         P("coulomb_friction", "stage", lambda a, *_: friction.Coulomb(0.06 * a)),
         P("viscous_friction", "stage", lambda a, *_: friction.EyringDrag(4.0 * a, 0.03)),
         P("hysteresis", "stage", lambda a, *_: friction.MaxwellSlip(0.12 * a, 4e-4)),
-        P("nonlinear_spring", "stage", lambda a, *_: elastic.OneSidedSpring(300.0 * a, 1e-3, 1.0, 1.7, 5e-4)),
-        P("end_stop", "stage", lambda a, *_: elastic.Bumper(7e4 * a, 2.0, 2e-4, 1.4e-3)),
+        P("nonlinear_spring", "stage", lambda a, *_: loads.OneSidedSpring(300.0 * a, 1e-3, 1.0, 1.7, 5e-4)),
+        P("end_stop", "stage", lambda a, *_: loads.Bumper(7e4 * a, 2.0, 2e-4, 1.4e-3)),
         P("constant_load", "stage", lambda a, *_: loads.ConstantLoad(0.12 * a)),
         P("inertia_error", "stage", lambda a, *_: loads.WrongInertia("m", 0.15 * a)),
         P("actuator_offset", "actuator:i", lambda a, *_: actuators.Offset(0.06 * a)),
@@ -177,32 +143,19 @@ class MassChain(Mechanism):
     """Three masses in a row, with springs and dampers between them; a force acts on the first one.
 
     The first spring is fixed to the frame.
-
-    Attributes:
-        m1: first mass, kg.
-        m2: second mass, kg.
-        m3: third mass, kg.
-        k1: stiffness between the frame and the first mass, N/m.
-        k2: stiffness between first and second mass, N/m.
-        k3: stiffness between second and third mass, N/m.
-        b1: damping between the frame and the first mass, N s/m.
-        b2: damping between first and second mass, N s/m.
-        b3: damping between second and third mass, N s/m.
-        stiffness: proportional gain of the controller, N/m.
-        damping: derivative gain of the controller, N s/m.
     """
 
-    m1: float = 1.5
-    m2: float = 1.0
-    m3: float = 0.8
-    k1: float = 900.0
-    k2: float = 700.0
-    k3: float = 500.0
-    b1: float = 2.5
-    b2: float = 1.5
-    b3: float = 1.2
-    stiffness: float = 200.0
-    damping: float = 8.0
+    m1: float = 1.5  # first mass, kg
+    m2: float = 1.0  # second mass, kg
+    m3: float = 0.8  # third mass, kg
+    k1: float = 900.0  # stiffness between the frame and the first mass, N/m
+    k2: float = 700.0  # stiffness between first and second mass, N/m
+    k3: float = 500.0  # stiffness between second and third mass, N/m
+    b1: float = 2.5  # damping between the frame and the first mass, N s/m
+    b2: float = 1.5  # damping between first and second mass, N s/m
+    b3: float = 1.2  # damping between second and third mass, N s/m
+    stiffness: float = 200.0  # proportional gain of the controller, N/m
+    damping: float = 8.0  # derivative gain of the controller, N s/m
 
     limits = -40.0, 40.0
     ports = {"first": (1.0, 0.0, 0.0), "second": (0.0, 1.0, 0.0), "third": (0.0, 0.0, 1.0)}  # noqa: RUF012
@@ -247,13 +200,13 @@ class MassChain(Mechanism):
         P("stribeck_friction", "second", lambda a, *_: friction.LorentzFriction(0.3 * a, 0.9 * a, 0.03)),
         P("quadratic_drag", "third", lambda a, *_: friction.Windage(8.0 * a, 0.02)),
         P("viscous_friction", "second", lambda a, *_: friction.EyringDrag(1.5 * a, 0.3)),
-        P("linear_spring", "third", lambda a, *_: elastic.RubberSpring(60.0 * a, 0.0, 0.03)),
-        P("nonlinear_spring", "second", lambda a, *_: elastic.PlaySpring(200.0 * a, 4e5 * a, 0.0, 0.006)),
-        P("end_stop", "third", lambda a, *_: elastic.Bumper(8e3 * a, 0.5, -0.012, 0.01)),
+        P("linear_spring", "third", lambda a, *_: loads.RubberSpring(60.0 * a, 0.0, 0.03)),
+        P("nonlinear_spring", "second", lambda a, *_: loads.PlaySpring(200.0 * a, 4e5 * a, 0.0, 0.006)),
+        P("end_stop", "third", lambda a, *_: loads.Bumper(8e3 * a, 0.5, -0.012, 0.01)),
         P("constant_load", "second", lambda a, *_: loads.ConstantLoad(1.2 * a)),
         P("inertia_error", "third", lambda a, *_: loads.WrongInertia("m3", 0.12 * a)),
         P("flexible_transmission", "third",
-          lambda a, *_: play.Resonator("m3", min(0.15 * a, 0.5), 9.0, 0.03)),
+          lambda a, *_: loads.Resonator("m3", min(0.15 * a, 0.5), 9.0, 0.03)),
         P("actuator_gain", "actuator:F", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:F", lambda a, *_: actuators.RoundedDeadZone(1.0 * a)),
         P("input_delay", "actuator:F", lambda a, *_: actuators.Transport(0.008 * a)),
@@ -269,26 +222,16 @@ class HydraulicCylinder(Mechanism):
     """Hydraulic cylinder that a servo valve moves; the pressure of its oil is a state.
 
     The pressure is the difference between the chambers, the load m (kg) the operating point.
-
-    Attributes:
-        m_p: mass of the piston, kg.
-        b: damping of the seals, N s/m.
-        A: area of the piston, m^2.
-        C: volume that the oil gives way per pressure, m^3/Pa.
-        k_q: flow of the valve per voltage, m^3/(s V).
-        k_l: leakage of the piston per pressure, m^3/(s Pa).
-        stiffness: proportional gain of the controller, V/m.
-        damping: derivative gain of the controller, V s/m.
     """
 
-    m_p: float = 40.0
-    b: float = 500.0
-    A: float = 6e-4
-    C: float = 3.5e-13
-    k_q: float = 5e-5
-    k_l: float = 6e-12
-    stiffness: float = 70.0
-    damping: float = 0.0
+    m_p: float = 40.0  # mass of the piston, kg
+    b: float = 500.0  # damping of the seals, N s/m
+    A: float = 6e-4  # area of the piston, m^2
+    C: float = 3.5e-13  # volume that the oil gives way per pressure, m^3/Pa
+    k_q: float = 5e-5  # flow of the valve per voltage, m^3/(s V)
+    k_l: float = 6e-12  # leakage of the piston per pressure, m^3/(s Pa)
+    stiffness: float = 70.0  # proportional gain of the controller, V/m
+    damping: float = 0.0  # derivative gain of the controller, V s/m
 
     limits = -10.0, 10.0
     levels = 1
@@ -322,8 +265,8 @@ class HydraulicCylinder(Mechanism):
         P("coulomb_friction", "rod", lambda a, *_: friction.Coulomb(80.0 * a)),
         P("stribeck_friction", "rod", lambda a, *_: friction.TustinFriction(50.0 * a, 130.0 * a, 0.03)),
         P("position_dependent_friction", "rod", lambda a, *_: friction.TightSpot(200.0 * a, 0.01, 0.015)),
-        P("linear_spring", "rod", lambda a, *_: elastic.RubberSpring(3e3 * a, 0.0, 0.08)),
-        P("end_stop", "rod", lambda a, *_: elastic.Bumper(1e6 * a, 0.4, -0.03, 0.025)),
+        P("linear_spring", "rod", lambda a, *_: loads.RubberSpring(3e3 * a, 0.0, 0.08)),
+        P("end_stop", "rod", lambda a, *_: loads.Bumper(1e6 * a, 0.4, -0.03, 0.025)),
         P("constant_load", "rod", lambda a, *_: loads.ConstantLoad(120.0 * a)),
         P("inertia_error", "rod", lambda a, *_: loads.WrongInertia("m_p", 12.0 * a)),
         P("linear_loss", "oil", lambda a, *_: flows.Gap(1e-11 * a, 2e-7)),

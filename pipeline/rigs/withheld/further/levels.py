@@ -1,7 +1,5 @@
 """Machines without inertia with two levels: tanks, a heated block, a converter, a valve with a chamber."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,21 +13,13 @@ from pipeline.rigs.withheld.machine import Range, Sensor
 
 @dataclass(frozen=True)
 class CoupledTanks(Balance):
-    """Two tanks with a pipe between them: a pump fills the first one, the second one empties.
+    """Two tanks with a pipe between them: a pump fills the first one, the second one empties."""
 
-    Attributes:
-        A: cross-section of each tank, m^2.
-        k_p: flow of the pump per voltage, m^3/(s V).
-        k_c: flow through the pipe per difference of the levels, m^2/s.
-        k_s: flow through the outlet at a level of 1 m, m^2.5/s.
-        stiffness: gain of the controller of the first level, V/m.
-    """
-
-    A: float = 2e-4
-    k_p: float = 3e-5
-    k_c: float = 1e-3
-    k_s: float = 2.74e-4
-    stiffness: float = 20.0
+    A: float = 2e-4  # cross-section of each tank, m^2
+    k_p: float = 3e-5  # flow of the pump per voltage, m^3/(s V)
+    k_c: float = 1e-3  # flow through the pipe per difference of the levels, m^2/s
+    k_s: float = 2.74e-4  # flow through the outlet at a level of 1 m, m^2.5/s
+    stiffness: float = 20.0  # gain of the controller of the first level, V/m
 
     limits = 0.0, 10.0
     ports = "first", "second"
@@ -77,21 +67,13 @@ _AROUND = 293.0  # K
 
 @dataclass(frozen=True)
 class HeatedBlock(Balance):
-    """Heating wire in a block: two thermal masses, of which the block loses heat.
+    """Heating wire in a block: two thermal masses, of which the block loses heat."""
 
-    Attributes:
-        C1: heat capacity of the wire, J/K.
-        C2: heat capacity of the block, J/K.
-        k_c: conductance between wire and block, W/K.
-        k: conductance between block and surroundings, W/K.
-        stiffness: gain of the controller of the wire's temperature, W/K.
-    """
-
-    C1: float = 1.5e-3
-    C2: float = 4e-3
-    k_c: float = 0.012
-    k: float = 8e-3
-    stiffness: float = 8e-3
+    C1: float = 1.5e-3  # heat capacity of the wire, J/K
+    C2: float = 4e-3  # heat capacity of the block, J/K
+    k_c: float = 0.012  # conductance between wire and block, W/K
+    k: float = 8e-3  # conductance between block and surroundings, W/K
+    stiffness: float = 8e-3  # gain of the controller of the wire's temperature, W/K
 
     limits = 0.0, 5.0
     ports = "wire", "block"
@@ -136,29 +118,16 @@ class HeatedBlock(Balance):
 
 @dataclass(frozen=True)
 class BuckConverter(Balance):
-    """Step-down converter, averaged over its switching: a coil and a capacitor feed a resistive load.
+    """Step-down converter, averaged over its switching, with resistive load; the input is the duty cycle."""
 
-    The input is the duty cycle.
-
-    Attributes:
-        V: supply, V.
-        L: inductance of the coil, H.
-        R: resistance of coil and switches, ohm.
-        C: capacitance, F.
-        R_o: resistance of the load, ohm.
-        lost: inductance that is lost at high currents, H.
-        knee: current at which much of it is lost, A.
-        stiffness: gain of the controller of the voltage, 1/V.
-    """
-
-    V: float = 24.0
-    L: float = 0.02
-    R: float = 0.5
-    C: float = 2e-3
-    R_o: float = 5.0
-    lost: float = 0.0
-    knee: float = 1.0
-    stiffness: float = 0.02
+    V: float = 24.0  # supply, V
+    L: float = 0.02  # inductance of the coil, H
+    R: float = 0.5  # resistance of coil and switches, ohm
+    C: float = 2e-3  # capacitance, F
+    R_o: float = 5.0  # resistance of the load, ohm
+    lost: float = 0.0  # inductance that is lost at high currents, H
+    knee: float = 1.0  # current at which much of it is lost, A
+    stiffness: float = 0.02  # gain of the controller of the voltage, 1/V
 
     limits = 0.0, 1.0
     ports = "capacitor", "coil"
@@ -207,24 +176,15 @@ class ServoValve(Balance):
     """Pneumatic valve whose spool follows its command with a lag, and the chamber that it fills.
 
     Pressures are relative to that of the surroundings.
-
-    Attributes:
-        C: stored volume per pressure, m^3/Pa.
-        k_v: flow of the open valve at the pressure of the supply, m^3/s.
-        p_s: pressure of the supply, Pa.
-        k_o: flow of the throttle at the outlet per pressure, m^3/(s Pa).
-        tau: time constant of the spool, s.
-        k_u: opening per voltage, 1/V.
-        stiffness: gain of the controller of the pressure, V/Pa.
     """
 
-    C: float = 1.5e-8
-    k_v: float = 0.04
-    p_s: float = 6e5
-    k_o: float = 6e-8
-    tau: float = 0.03
-    k_u: float = 0.1
-    stiffness: float = 1e-5
+    C: float = 1.5e-8  # stored volume per pressure, m^3/Pa
+    k_v: float = 0.04  # flow of the open valve at the pressure of the supply, m^3/s
+    p_s: float = 6e5  # pressure of the supply, Pa
+    k_o: float = 6e-8  # flow of the throttle at the outlet per pressure, m^3/(s Pa)
+    tau: float = 0.03  # time constant of the spool, s
+    k_u: float = 0.1  # opening per voltage, 1/V
+    stiffness: float = 1e-5  # gain of the controller of the pressure, V/Pa
 
     limits = 0.0, 10.0
     ports = "gas", "spool"

@@ -1,23 +1,11 @@
 """Machines that a motor turns: a servo, a drive with two inertias, a thrust stand."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    flows,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, flows, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -25,25 +13,15 @@ from pipeline.rigs.withheld.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class RotaryServo(Mechanism):
-    """Servo: a direct-current motor with inductance turns a disc, with position control.
+    """Servo: a direct-current motor with inductance turns a disc, with position control."""
 
-    Attributes:
-        J: moment of inertia of rotor and disc, kg m^2.
-        b: damping of the bearings, N m s/rad.
-        kt: torque constant and back-EMF constant, N m/A.
-        R: resistance of the winding, ohm.
-        L: inductance of the winding, H.
-        stiffness: proportional gain of the controller, V/rad.
-        damping: derivative gain of the controller, V s/rad.
-    """
-
-    J: float = 4e-4
-    b: float = 4e-4
-    kt: float = 0.08
-    R: float = 2.0
-    L: float = 8e-3
-    stiffness: float = 9.0
-    damping: float = 0.3
+    J: float = 4e-4  # moment of inertia of rotor and disc, kg m^2
+    b: float = 4e-4  # damping of the bearings, N m s/rad
+    kt: float = 0.08  # torque constant and back-EMF constant, N m/A
+    R: float = 2.0  # resistance of the winding, ohm
+    L: float = 8e-3  # inductance of the winding, H
+    stiffness: float = 9.0  # proportional gain of the controller, V/rad
+    damping: float = 0.3  # derivative gain of the controller, V s/rad
 
     limits = -24.0, 24.0
     levels = 1
@@ -78,7 +56,7 @@ class RotaryServo(Mechanism):
         P("torque_ripple", "shaft",
           lambda a, *_: loads.Ripple([0.012 * a, 0.005 * a], [7.0, 14.0], [0.3, 1.7])),
         P("inertia_error", "shaft", lambda a, *_: loads.WrongInertia("J", 1e-4 * a)),
-        P("backlash", "shaft", lambda a, *_: play.LooseInertia("J", 8e-5, 0.05 * a, 0.2, 0.2)),
+        P("backlash", "shaft", lambda a, *_: loads.LooseInertia("J", 8e-5, 0.05 * a, 0.2, 0.2)),
         P("self_heating", "coil", lambda a, *_: flows.HotCopper(2.0, 0.15 * a, 0.6, 6.0)),
         P("actuator_saturation", "actuator:u", lambda a, *_: actuators.SoftSaturation(8.0 / a)),
         P("actuator_dead_zone", "actuator:u", lambda a, *_: actuators.RoundedDeadZone(0.5 * a)),
@@ -94,27 +72,16 @@ class RotaryServo(Mechanism):
 
 @dataclass(frozen=True)
 class CoupledDrive(Mechanism):
-    """Drive with two inertias: a motor turns a load through a flexible coupling.
+    """Drive with two inertias: a motor turns a load through a flexible coupling."""
 
-    Attributes:
-        J1: moment of inertia of the motor, kg m^2.
-        J2: moment of inertia of the load, kg m^2.
-        k: stiffness of the coupling, N m/rad.
-        d: damping of the coupling, N m s/rad.
-        b1: damping of the motor, N m s/rad.
-        b2: damping of the load, N m s/rad.
-        stiffness: proportional gain of the controller, N m/rad.
-        damping: derivative gain of the controller, N m s/rad.
-    """
-
-    J1: float = 0.002
-    J2: float = 0.006
-    k: float = 30.0
-    d: float = 0.03
-    b1: float = 0.01
-    b2: float = 0.02
-    stiffness: float = 2.0
-    damping: float = 0.12
+    J1: float = 0.002  # moment of inertia of the motor, kg m^2
+    J2: float = 0.006  # moment of inertia of the load, kg m^2
+    k: float = 30.0  # stiffness of the coupling, N m/rad
+    d: float = 0.03  # damping of the coupling, N m s/rad
+    b1: float = 0.01  # damping of the motor, N m s/rad
+    b2: float = 0.02  # damping of the load, N m s/rad
+    stiffness: float = 2.0  # proportional gain of the controller, N m/rad
+    damping: float = 0.12  # derivative gain of the controller, N m s/rad
 
     limits = -4.0, 4.0
     ports = {"motor": (1.0, 0.0), "load": (0.0, 1.0), "coupling": (1.0, -1.0)}  # noqa: RUF012
@@ -154,10 +121,10 @@ class CoupledDrive(Mechanism):
         P("load_friction", "motor", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 0.02)),
         P("hysteresis", "coupling", lambda a, *_: friction.MaxwellSlip(0.15 * a, 0.01)),
         P("viscous_friction", "load", lambda a, *_: friction.EyringDrag(0.03 * a, 4.0)),
-        P("nonlinear_spring", "coupling", lambda a, *_: elastic.PlaySpring(30.0 * a, 1e5 * a, 0.0, 0.008)),
+        P("nonlinear_spring", "coupling", lambda a, *_: loads.PlaySpring(30.0 * a, 1e5 * a, 0.0, 0.008)),
         P("gravity_load", "load", lambda a, *_: loads.Unbalance(0.15 * a, 0.4)),
         P("constant_load", "load", lambda a, *_: loads.ConstantLoad(0.12 * a)),
-        P("backlash", "load", lambda a, *_: play.LooseInertia("J2", 0.0015, 0.03 * a, 0.2, 0.1)),
+        P("backlash", "load", lambda a, *_: loads.LooseInertia("J2", 0.0015, 0.03 * a, 0.2, 0.1)),
         P("inertia_error", "load", lambda a, *_: loads.WrongInertia("J2", 1e-3 * a)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(-min(0.1 * a, 0.5))),
         P("actuator_lag", "actuator:T", lambda a, *_: actuators.TwoPoleLag(0.005 * a)),
@@ -173,32 +140,19 @@ class ThrustStand(Mechanism):
     """Thrust stand: a motor turns a propeller, whose thrust lifts an arm.
 
     The arm hangs down at the angle 0, and the speed of the rotor is controlled.
-
-    Attributes:
-        J: moment of inertia of the arm, kg m^2.
-        b: damping of the arm, N m s/rad.
-        mgl: weight times distance of the arm's centre of mass, N m.
-        l: distance of the propeller from the pivot, m.
-        k_T: thrust per squared speed, N s^2/rad^2.
-        J_r: moment of inertia of rotor and propeller, kg m^2.
-        k_Q: torque of the air per squared speed, N m s^2/rad^2.
-        kt: torque constant and back-EMF constant of the motor, N m/A.
-        R: resistance of the motor, ohm.
-        stiffness: proportional gain of the controller of the speed, V s/rad.
-        damping: not used.
     """
 
-    J: float = 0.06
-    b: float = 0.06
-    mgl: float = 2.4
-    l: float = 0.4
-    k_T: float = 2.5e-5
-    J_r: float = 1.2e-4
-    k_Q: float = 4e-7
-    kt: float = 0.02
-    R: float = 0.4
-    stiffness: float = 0.02
-    damping: float = 0.0
+    J: float = 0.06  # moment of inertia of the arm, kg m^2
+    b: float = 0.06  # damping of the arm, N m s/rad
+    mgl: float = 2.4  # weight times distance of the arm's centre of mass, N m
+    l: float = 0.4  # distance of the propeller from the pivot, m
+    k_T: float = 2.5e-5  # thrust per squared speed, N s^2/rad^2
+    J_r: float = 1.2e-4  # moment of inertia of rotor and propeller, kg m^2
+    k_Q: float = 4e-7  # torque of the air per squared speed, N m s^2/rad^2
+    kt: float = 0.02  # torque constant and back-EMF constant of the motor, N m/A
+    R: float = 0.4  # resistance of the motor, ohm
+    stiffness: float = 0.02  # proportional gain of the controller of the speed, V s/rad
+    damping: float = 0.0  # not used
 
     limits = 0.0, 16.0
     levels = 1
@@ -243,8 +197,8 @@ class ThrustStand(Mechanism):
         P("quadratic_drag", "arm", lambda a, *_: friction.Windage(0.12 * a, 0.1)),
         P("viscous_friction", "rotor", lambda a, *_: friction.EyringDrag(5e-5 * a, 200.0)),
         P("hysteresis", "arm", lambda a, *_: friction.MaxwellSlip(0.06 * a, 0.08)),
-        P("linear_spring", "arm", lambda a, *_: elastic.RubberSpring(0.3 * a, 0.0, 0.5)),
-        P("end_stop", "arm", lambda a, *_: elastic.Bumper(20.0 * a, 0.2, 0.12, 0.36)),
+        P("linear_spring", "arm", lambda a, *_: loads.RubberSpring(0.3 * a, 0.0, 0.5)),
+        P("end_stop", "arm", lambda a, *_: loads.Bumper(20.0 * a, 0.2, 0.12, 0.36)),
         P("constant_load", "arm", lambda a, *_: loads.ConstantLoad(0.1 * a)),
         P("inertia_error", "rotor", lambda a, *_: loads.WrongInertia("J_r", 3e-5 * a)),
         P("actuator_gain", "actuator:u", lambda a, *_: actuators.Gain(-min(0.08 * a, 0.5))),

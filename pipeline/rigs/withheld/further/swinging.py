@@ -1,22 +1,11 @@
 """Machines that swing or roll: pendulums on a cart and on an arm, an arm with two links, ball and beam."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.arrays import Array
-from pipeline.rigs.withheld.effects import (
-    actuators,
-    changing,
-    elastic,
-    foreign,
-    friction,
-    loads,
-    play,
-    sensors,
-)
+from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
@@ -24,29 +13,17 @@ from pipeline.rigs.withheld.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class CartPendulum(Mechanism):
-    """Cart with a pendulum that hangs from it (down at the angle 0), with position control of the cart.
+    """Cart with a pendulum that hangs from it (down at the angle 0), with position control of the cart."""
 
-    Attributes:
-        M: mass of the cart with its motor, kg.
-        m: mass of the pendulum, kg.
-        l: distance of the pendulum's centre of mass from its joint, m.
-        I: moment of inertia of the pendulum about its centre of mass, kg m^2.
-        b_c: damping of the cart, N s/m.
-        b_p: damping of the joint, N m s/rad.
-        kf: force constant of the drive, N/V.
-        stiffness: proportional gain of the controller, V/m.
-        damping: derivative gain of the controller, V s/m.
-    """
-
-    M: float = 1.1
-    m: float = 0.3
-    l: float = 0.28
-    I: float = 0.008
-    b_c: float = 6.0
-    b_p: float = 0.006
-    kf: float = 3.0
-    stiffness: float = 70.0
-    damping: float = 6.0
+    M: float = 1.1  # mass of the cart with its motor, kg
+    m: float = 0.3  # mass of the pendulum, kg
+    l: float = 0.28  # distance of the pendulum's centre of mass from its joint, m
+    I: float = 0.008  # moment of inertia of the pendulum about its centre of mass, kg m^2
+    b_c: float = 6.0  # damping of the cart, N s/m
+    b_p: float = 0.006  # damping of the joint, N m s/rad
+    kf: float = 3.0  # force constant of the drive, N/V
+    stiffness: float = 70.0  # proportional gain of the controller, V/m
+    damping: float = 6.0  # derivative gain of the controller, V s/m
 
     limits = -12.0, 12.0
     ports = {"rail": (1.0, 0.0), "joint": (0.0, 1.0)}  # noqa: RUF012
@@ -87,11 +64,11 @@ class CartPendulum(Mechanism):
         P("stribeck_friction", "rail", lambda a, *_: friction.LorentzFriction(0.8 * a, 2.0 * a, 0.04)),
         P("quadratic_drag", "joint", lambda a, *_: friction.Windage(4e-3 * a, 0.5)),
         P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(1.5 * a, 0.012)),
-        P("nonlinear_spring", "rail", lambda a, *_: elastic.OneSidedSpring(60.0 * a, 0.02, 1.0, 1.7, 0.1)),
-        P("linear_spring", "joint", lambda a, *_: elastic.RubberSpring(0.12 * a, 0.0, 1.0)),
+        P("nonlinear_spring", "rail", lambda a, *_: loads.OneSidedSpring(60.0 * a, 0.02, 1.0, 1.7, 0.1)),
+        P("linear_spring", "joint", lambda a, *_: loads.RubberSpring(0.12 * a, 0.0, 1.0)),
         P("constant_load", "rail",
           lambda a, *_: loads.ConstantLoad(1.2 * a), (("actuator_offset", "actuator:u"),)),
-        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("M", min(0.25 * a, 0.7), 9.0, 0.03)),
+        P("flexible_transmission", "rail", lambda a, *_: loads.Resonator("M", min(0.25 * a, 0.7), 9.0, 0.03)),
         P("actuator_dead_zone", "actuator:u", lambda a, *_: actuators.RoundedDeadZone(0.4 * a)),
         P("actuator_saturation", "actuator:u", lambda a, *_: actuators.SoftSaturation(4.0 / a)),
         P("actuator_lag", "actuator:u", lambda a, *_: actuators.TwoPoleLag(0.01 * a)),
@@ -108,32 +85,19 @@ class TwoLinkArm(Mechanism):
     """Arm with two links in a vertical plane: a motor moves the shoulder, the elbow is passive.
 
     Both angles are 0 where the arm hangs down, that of the elbow is relative.
-
-    Attributes:
-        m1: mass of the upper arm, kg.
-        l1: length of the upper arm, m.
-        r1: distance of its centre of mass from the shoulder, m.
-        I1: moment of inertia of upper arm and motor, about the shoulder without m1 r1^2, kg m^2.
-        m2: mass of the forearm, kg.
-        r2: distance of its centre of mass from the elbow, m.
-        I2: moment of inertia of the forearm about its centre of mass, kg m^2.
-        b1: damping of the shoulder, N m s/rad.
-        b2: damping of the elbow, N m s/rad.
-        stiffness: proportional gain of the controller, N m/rad.
-        damping: derivative gain of the controller, N m s/rad.
     """
 
-    m1: float = 0.6
-    l1: float = 0.25
-    r1: float = 0.13
-    I1: float = 0.012
-    m2: float = 0.4
-    r2: float = 0.12
-    I2: float = 0.0025
-    b1: float = 0.08
-    b2: float = 0.006
-    stiffness: float = 14.0
-    damping: float = 1.2
+    m1: float = 0.6  # mass of the upper arm, kg
+    l1: float = 0.25  # length of the upper arm, m
+    r1: float = 0.13  # distance of its centre of mass from the shoulder, m
+    I1: float = 0.012  # moment of inertia of upper arm and motor, about the shoulder without m1 r1^2, kg m^2
+    m2: float = 0.4  # mass of the forearm, kg
+    r2: float = 0.12  # distance of its centre of mass from the elbow, m
+    I2: float = 0.0025  # moment of inertia of the forearm about its centre of mass, kg m^2
+    b1: float = 0.08  # damping of the shoulder, N m s/rad
+    b2: float = 0.006  # damping of the elbow, N m s/rad
+    stiffness: float = 14.0  # proportional gain of the controller, N m/rad
+    damping: float = 1.2  # derivative gain of the controller, N m s/rad
 
     limits = -8.0, 8.0
     ports = {"shoulder": (1.0, 0.0), "elbow": (0.0, 1.0)}  # noqa: RUF012
@@ -177,10 +141,10 @@ class TwoLinkArm(Mechanism):
         P("stribeck_friction", "shoulder", lambda a, *_: friction.TustinFriction(0.1 * a, 0.25 * a, 0.3)),
         P("position_dependent_friction", "shoulder", lambda a, *_: friction.TightSpot(0.3 * a, 0.2, 0.2)),
         P("viscous_friction", "elbow", lambda a, *_: friction.EyringDrag(0.015 * a, 3.0)),
-        P("end_stop", "elbow", lambda a, *_: elastic.Bumper(4.0 * a, 0.2, -0.35, 0.3)),
-        P("linear_spring", "elbow", lambda a, *_: elastic.RubberSpring(0.15 * a, 0.0, 1.0)),
+        P("end_stop", "elbow", lambda a, *_: loads.Bumper(4.0 * a, 0.2, -0.35, 0.3)),
+        P("linear_spring", "elbow", lambda a, *_: loads.RubberSpring(0.15 * a, 0.0, 1.0)),
         P("gravity_load", "shoulder", lambda a, *_: loads.Unbalance(0.3 * a, 0.2)),
-        P("backlash", "shoulder", lambda a, *_: play.LooseInertia("I1", 0.006, 0.02 * a, 0.2, 0.1)),
+        P("backlash", "shoulder", lambda a, *_: loads.LooseInertia("I1", 0.006, 0.02 * a, 0.2, 0.1)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.15 * a)),
         P("input_delay", "actuator:T", lambda a, *_: actuators.Transport(0.004 * a)),
@@ -193,33 +157,19 @@ class TwoLinkArm(Mechanism):
 
 @dataclass(frozen=True)
 class RotaryPendulum(Mechanism):
-    """Rotary pendulum after Furuta: a motor turns an arm from which a pendulum hangs (down at the angle 0).
+    """Rotary pendulum after Furuta: a motor turns an arm, from which a pendulum hangs (down at angle 0)."""
 
-    Attributes:
-        J: moment of inertia of arm and rotor, kg m^2.
-        r: length of the arm, m.
-        m: mass of the pendulum, kg.
-        l: distance of its centre of mass from the joint, m.
-        I: moment of inertia of the pendulum about its joint, kg m^2.
-        b: damping of the arm, N m s/rad.
-        b_p: damping of the joint, N m s/rad.
-        kt: torque constant and back-EMF constant of the motor, N m/A.
-        R: resistance of the motor, ohm.
-        stiffness: proportional gain of the controller, V/rad.
-        damping: derivative gain of the controller, V s/rad.
-    """
-
-    J: float = 2.5e-3
-    r: float = 0.2
-    m: float = 0.12
-    l: float = 0.15
-    I: float = 3.6e-3
-    b: float = 2e-3
-    b_p: float = 4e-4
-    kt: float = 0.12
-    R: float = 2.5
-    stiffness: float = 40.0
-    damping: float = 2.6
+    J: float = 2.5e-3  # moment of inertia of arm and rotor, kg m^2
+    r: float = 0.2  # length of the arm, m
+    m: float = 0.12  # mass of the pendulum, kg
+    l: float = 0.15  # distance of its centre of mass from the joint, m
+    I: float = 3.6e-3  # moment of inertia of the pendulum about its joint, kg m^2
+    b: float = 2e-3  # damping of the arm, N m s/rad
+    b_p: float = 4e-4  # damping of the joint, N m s/rad
+    kt: float = 0.12  # torque constant and back-EMF constant of the motor, N m/A
+    R: float = 2.5  # resistance of the motor, ohm
+    stiffness: float = 40.0  # proportional gain of the controller, V/rad
+    damping: float = 2.6  # derivative gain of the controller, V s/rad
 
     limits = -24.0, 24.0
     ports = {"arm": (1.0, 0.0), "joint": (0.0, 1.0)}  # noqa: RUF012
@@ -263,7 +213,7 @@ class RotaryPendulum(Mechanism):
         P("torque_ripple", "arm", lambda a, *_: loads.Ripple([0.03 * a, 0.012 * a], [6.0, 18.0], [0.2, 2.0])),
         P("gravity_load", "arm", lambda a, *_: loads.Unbalance(0.03 * a, 0.4)),
         P("inertia_error", "arm", lambda a, *_: loads.WrongInertia("J", 6e-4 * a)),
-        P("backlash", "arm", lambda a, *_: play.LooseInertia("J", 7e-4, 0.02 * a, 0.2, 0.1)),
+        P("backlash", "arm", lambda a, *_: loads.LooseInertia("J", 7e-4, 0.02 * a, 0.2, 0.1)),
         P("actuator_offset", "actuator:u",
           lambda a, *_: actuators.Offset(0.5 * a), (("constant_load", "arm"),)),
         P("actuator_asymmetry", "actuator:u", lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.4)),
@@ -280,26 +230,16 @@ class BallBeam(Mechanism):
     """Ball that rolls on a beam, which a motor tilts; a controller balances the ball.
 
     The ball rolls without slip, and its place is measured from the pivot.
-
-    Attributes:
-        m: mass of the ball, kg.
-        J: moment of inertia of beam and motor, kg m^2.
-        b_r: rolling resistance of the ball, N s/m.
-        b: damping of the pivot, N m s/rad.
-        stiffness: proportional gain of the controller of the angle, N m/rad.
-        damping: derivative gain of the controller of the angle, N m s/rad.
-        tilt: angle by which the controller tilts the beam per deviation of the ball, rad/m.
-        calm: angle by which it tilts the beam per deviation of the ball's speed, rad s/m.
     """
 
-    m: float = 0.11
-    J: float = 0.02
-    b_r: float = 0.03
-    b: float = 0.08
-    stiffness: float = 6.0
-    damping: float = 0.5
-    tilt: float = 0.7
-    calm: float = 0.5
+    m: float = 0.11  # mass of the ball, kg
+    J: float = 0.02  # moment of inertia of beam and motor, kg m^2
+    b_r: float = 0.03  # rolling resistance of the ball, N s/m
+    b: float = 0.08  # damping of the pivot, N m s/rad
+    stiffness: float = 6.0  # proportional gain of the controller of the angle, N m/rad
+    damping: float = 0.5  # derivative gain of the controller of the angle, N m s/rad
+    tilt: float = 0.7  # angle by which the controller tilts the beam per deviation of the ball, rad/m
+    calm: float = 0.5  # angle by which it tilts the beam per deviation of the ball's speed, rad s/m
 
     limits = -3.0, 3.0
     ports = {"ball": (1.0, 0.0), "pivot": (0.0, 1.0)}  # noqa: RUF012
@@ -342,11 +282,11 @@ class BallBeam(Mechanism):
         P("stribeck_friction", "pivot", lambda a, *_: friction.TustinFriction(0.02 * a, 0.05 * a, 0.1)),
         P("viscous_friction", "ball", lambda a, *_: friction.EyringDrag(0.08 * a, 0.4)),
         P("quadratic_drag", "ball", lambda a, *_: friction.Windage(0.5 * a, 0.03)),
-        P("nonlinear_spring", "pivot", lambda a, *_: elastic.OneSidedSpring(1.0 * a, 0.02, 1.0, 1.7, 0.1)),
-        P("linear_spring", "pivot", lambda a, *_: elastic.RubberSpring(0.6 * a, 0.0, 0.3)),
+        P("nonlinear_spring", "pivot", lambda a, *_: loads.OneSidedSpring(1.0 * a, 0.02, 1.0, 1.7, 0.1)),
+        P("linear_spring", "pivot", lambda a, *_: loads.RubberSpring(0.6 * a, 0.0, 0.3)),
         P("constant_load", "ball", lambda a, *_: loads.ConstantLoad(0.01 * a)),
         P("inertia_error", "pivot", lambda a, *_: loads.WrongInertia("J", 4e-3 * a)),
-        P("backlash", "pivot", lambda a, *_: play.LooseInertia("J", 6e-3, 4e-3 * a, 0.1, 0.05)),
+        P("backlash", "pivot", lambda a, *_: loads.LooseInertia("J", 6e-3, 4e-3 * a, 0.1, 0.05)),
         P("actuator_gain", "actuator:T", lambda a, *_: actuators.Gain(0.1 * a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.02 * a)),
         P("sensor_offset", "sensor:alpha", lambda a, *_: sensors.Bias(8e-3 * a)),
