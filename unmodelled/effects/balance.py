@@ -11,16 +11,11 @@ from unmodelled.systems.units import parse_unit
 
 
 class BalanceEffect(PortEffect):
-    """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge.
-
-    Attributes:
-        warm: whether the law is one of temperatures (True), of all other levels (False), or of both (None,
-            the default).
-    """
+    """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge."""
 
     needs = ("position",)
     domains = ("balance",)
-    warm: ClassVar[bool | None] = None
+    warm: ClassVar[bool | None] = None  # of temperatures only, of other levels only, or of both
 
     def suits(self, system: System, port: Port) -> bool:
         units = {state.name: state.unit for state in system.states}

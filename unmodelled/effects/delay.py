@@ -18,12 +18,7 @@ _LONGEST = 0.2
 
 
 class Delay(Effect):
-    """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`).
-
-    Attributes:
-        name: start of the name of the delay.
-        law: format of the law, with the delayed signal and the name of the delay.
-    """
+    """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`)."""
 
     complexity = 2.0
     name: ClassVar[str]

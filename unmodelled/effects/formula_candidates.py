@@ -25,26 +25,13 @@ class Motion(Enum):
 
 @dataclass(frozen=True)
 class Term:
-    """Term of a force law, without its coefficient.
-
-    Attributes:
-        motion: function of the velocity; default none.
-        power: power of the position; default 0.
-        harmonic: k of sin(k x), or -k of cos(k x), instead of the power; default 0: no harmonic.
-        jump: velocity scale of dry friction; default 0: sign(v).
-        fade: velocity scale of a Stribeck peak; default 0: no peak.
-
-    Examples:
-        >>> term = Term(Motion.VISCOUS, power=1)
-        >>> term.text("x", "v"), term(np.array([2.0]), np.array([3.0])).tolist()
-        ('x*v', [6.0])
-    """
+    """Term of a force law, without its coefficient."""
 
     motion: Motion = Motion.NONE
-    power: int = 0
-    harmonic: int = 0
-    jump: float = 0.0
-    fade: float = 0.0
+    power: int = 0  # of the position
+    harmonic: int = 0  # k of sin(k x), or -k of cos(k x), instead of the power
+    jump: float = 0.0  # velocity scale of dry friction; 0: sign(v)
+    fade: float = 0.0  # velocity scale of a Stribeck peak; 0: no peak
 
     def __call__(self, position: Array, velocity: Array) -> Array:
         """Return the values of the term at positions and velocities of one shape."""
@@ -111,14 +98,10 @@ def short_number(value: float) -> str:
 
 
 def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: bool = False) -> list[Term]:
-    """Return all candidate terms for one velocity scale of dry friction.
+    """Return all candidate terms for one velocity scale of dry friction; their order does not depend on it.
 
     They are a constant load, powers of the position, damping and dry friction (constant or proportional to
-    the position), and Stribeck peaks. Their order does not depend on `jump`.
-
-    Examples:
-        >>> [term.text("x", "v") for term in candidates(0.0, [], angle=True, turns=True)[:4]]
-        ['1', 'v', 'sign(v)', 'v*abs(v)']
+    the position), and Stribeck peaks.
     """
     springs = [Term(power=power) for power in range(1 if turns else HIGHEST_POWER + 1)]
     powers = (0,) if turns else (0, 1)
@@ -136,10 +119,7 @@ def compatible(terms: Sequence[Term]) -> bool:
 
 
 def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array:
-    """Evaluate terms at positions and velocities.
-
-    Takes position (...), velocity (...); gives (..., k).
-    """
+    """Evaluate terms at positions and velocities (...), (..., k)."""
     if not terms:
         return np.empty((*position.shape, 0))
     return np.stack([term(position, velocity) for term in terms], axis=-1)

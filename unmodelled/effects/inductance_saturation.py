@@ -14,10 +14,7 @@ _MOST = 0.95
 
 
 class InductanceSaturation(CoilEffect):
-    """Inductance that falls with the current, from its value in the system file to less.
-
-    The port's effort is a voltage and its velocity a current.
-    """
+    """Inductance that falls with the current, from its value in the system file to less."""
 
     family = "inductance_saturation"
     complexity = 2.5

@@ -20,12 +20,7 @@ GROUP = "unmodelled.laws"
 
 @cache
 def effects() -> tuple[Effect, ...]:
-    """Return one object of each effect, the simplest first.
-
-    Examples:
-        >>> [effect.family for effect in effects()][:2]
-        ['actuator_gain', 'actuator_offset']
-    """
+    """Return one object of each effect, the simplest first."""
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
