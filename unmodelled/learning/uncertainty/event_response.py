@@ -33,9 +33,7 @@ def event_response(
 
     Every experiment has its own input, operating point and measured start. States that depend on the input
     only start alike in experiments with the same input: at the mean of their starts, if these differ by no
-    more than noise.
-
-    Takes step in s.
+    more than noise. The integration step is in s.
     """
     u, group = inputs(logs)
     x0 = logs.x[logs.offsets[:-1]]
@@ -49,12 +47,11 @@ def event_response(
 
 
 def inputs(logs: Logs) -> tuple[Array, Indices]:
-    """Return the inputs of all experiments, extended to the length of the longest.
+    """Return inputs (experiments, samples, inputs), all as long as the longest, and their groups
+    (experiments,).
 
     An input that ends earlier is continued by an input that begins alike, if there is one; otherwise it holds
-    its last value.
-
-    Gives (experiments, samples, inputs) and (experiments,).
+    its last value. Experiments with equal inputs are a group.
     """
     lengths = np.diff(logs.offsets)
     distinct: list[Array] = []
@@ -76,14 +73,7 @@ def noise_of(logs: Logs, k: int) -> float:
 
 
 def same_starts(group: Indices, start: Array, deviation: float) -> Array:
-    """Replace starts that differ only by noise within a group by their mean.
-
-    Takes group (experiments,), start (experiments,); gives (experiments,).
-
-    Examples:
-        >>> same_starts(np.array([0, 0, 1, 1]), np.array([1.0, 1.2, 0.0, 5.0]), 0.1).tolist()
-        [1.1, 1.1, 0.0, 5.0]
-    """
+    """Replace starts (experiments,) that differ only by noise within a group (experiments,) by their mean."""
     mean = (np.bincount(group, start) / np.bincount(group))[group]
     apart = np.bincount(group, np.abs(start - mean) > SAME * deviation)[group] > 0
     return np.where(apart, start, mean)

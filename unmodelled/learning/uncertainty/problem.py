@@ -25,24 +25,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Problem:
-    """Data and model of an inverse uncertainty identification.
+    """Data and model of an inverse uncertainty identification."""
 
-    Attributes:
-        response: model of L outputs; if it is a system, its parameters are multiples of their nominal values.
-        ids: names of the L operating points.
-        y: observed outputs, shape (L,).
-        deviation: standard errors of the observations, shape (L,); nan where unknown.
-        unit: unit of the outputs.
-
-    Raises:
-        BadInput: when there are no observations.
-    """
-
-    response: Response
-    ids: tuple[str, ...]
-    y: Array
-    deviation: Array
-    unit: str
+    response: Response  # of L outputs; parameters of a system are multiples of its values
+    ids: tuple[str, ...]  # of the L operating points
+    y: Array  # (L,), observed outputs
+    deviation: Array  # (L,), standard errors; nan where unknown
+    unit: str  # of the outputs
 
     def __post_init__(self) -> None:
         if not len(self.y):
@@ -137,10 +126,7 @@ def _asked(system: System, event: str | None, uncertain: Sequence[str] | None) -
 
 
 def shown(problem: Problem, best: Array) -> pd.DataFrame:
-    """Return the observations beside the outputs of constant parameters.
-
-    Takes best (n,).
-    """
+    """Return the observations beside the outputs of constant parameters (n,)."""
     return pd.DataFrame(
         {
             "id": problem.ids,

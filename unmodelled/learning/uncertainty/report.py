@@ -30,10 +30,7 @@ GRID = 9
 
 
 def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
-    """Compute the profile likelihoods of all pairs of parameters, over the ranges of their own profiles.
-
-    Takes bounds (2 n, 2).
-    """
+    """Compute the profile likelihoods of all pairs of parameters, over ranges within bounds (2 n, 2)."""
     ranges = {c.index: np.linspace(c.values.min(), c.values.max(), GRID) for c in found.curves}
     return {
         (i, j): profile_pair(objective, bounds, found.alpha, (i, j), ranges[i], ranges[j])
@@ -57,11 +54,7 @@ def estimates(
     profiles: Profiles,
     again: Sequence[Identification],
 ) -> pd.DataFrame:
-    """Return the identified distribution parameters with their intervals.
-
-    Columns: method, name, value, at_bound; for the exact method also low and high (95 % profile likelihood,
-    nan where there is no limit), and bootstrap_low and bootstrap_high (from the redrawn data sets).
-    """
+    """Return the table `estimates` of an identification, see `IdentifiedUncertainty`."""
     rows = []
     limits = np.where(np.isfinite(profiles.intervals), profiles.intervals, np.nan)
     nothing = np.full((len(names), 4), np.nan)
@@ -76,7 +69,7 @@ def estimates(
 
 
 def trace(found: Found) -> pd.DataFrame:
-    """Return the progress of every search: columns method, generation, log_likelihood (the best so far)."""
+    """Return the table `trace`: the progress of every search."""
     parts = [
         pd.DataFrame({"method": m, "generation": np.arange(len(f.trace)), "log_likelihood": f.trace})
         for m, f in found.items()
@@ -85,9 +78,7 @@ def trace(found: Found) -> pd.DataFrame:
 
 
 def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
-    """Return the profile likelihoods: columns name, value, deviance and every distribution parameter at that
-    point.
-    """
+    """Return the table `profiles`."""
     parts = [
         pd.DataFrame({"name": names[c.index], "value": c.values, "deviance": c.deviance}).join(
             pd.DataFrame(c.alphas, columns=list(names))
@@ -98,9 +89,7 @@ def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
 
 
 def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) -> pd.DataFrame:
-    """Return the profile likelihoods of pairs: columns first and second (names), x and y (values),
-    deviance.
-    """
+    """Return the table `pairs`."""
     parts = []
     for (i, j), grid in grids.items():
         x, y = np.meshgrid(grid.first, grid.second, indexing="ij")
@@ -110,10 +99,7 @@ def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) ->
 
 
 def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) -> pd.DataFrame:
-    """Return the estimates from redrawn data sets.
-
-    Columns: method, data_set (from 1), log_likelihood, converged and every distribution parameter.
-    """
+    """Return the table `replicates`: the estimates from redrawn data sets."""
     parts = []
     for method, results in found.items():
         table = pd.DataFrame([f.alpha for f in results], columns=list(names))
@@ -134,10 +120,7 @@ def summary(
     names: Sequence[str],
     seconds: float,
 ) -> dict[str, Any]:
-    """Return the content of uncertainty.json.
-
-    Takes seconds in s.
-    """
+    """Return the content of uncertainty.json."""
     surface, setup = estimator.surface, estimator.setup
     return {
         "schema": SCHEMA,
