@@ -22,25 +22,15 @@ SPREAD = (0.1, 0.5, 0.9)
 
 @dataclass(frozen=True)
 class PairProfile:
-    """Highest log-likelihood on a grid of two parameters, with the other parameters optimised.
+    """Highest log-likelihood on a grid of two parameters, with the other parameters optimised."""
 
-    Attributes:
-        first: values of the first parameter, shape (P,).
-        second: values of the second parameter, shape (Q,).
-        alphas: all parameters, shape (P, Q, k).
-        deviance: twice the loss of log-likelihood against the optimum, shape (P, Q).
-        alpha: parameters of the optimum, shape (k,).
-        log_likelihood: log-likelihood of the optimum.
-        gain: log-likelihood by which this optimum exceeds the given one; 0 if the grid found no better one.
-    """
-
-    first: Array
-    second: Array
-    alphas: Array
-    deviance: Array
-    alpha: Array
-    log_likelihood: float
-    gain: float
+    first: Array  # (P,), values
+    second: Array  # (Q,), values
+    alphas: Array  # (P, Q, k), all parameters
+    deviance: Array  # (P, Q), twice the loss of log-likelihood against the optimum
+    alpha: Array  # (k,), of the optimum
+    log_likelihood: float  # of the optimum
+    gain: float  # over the given optimum; 0 if the grid found no better one
 
 
 def profile_pair(
@@ -52,10 +42,7 @@ def profile_pair(
     second: Array,
     description: str | None = None,
 ) -> PairProfile:
-    """Compute the profile likelihood of two parameters, from the optimum outwards with warm starts.
-
-    Takes objective (B,), bounds (k, 2), alpha (k,), first (P,), second (Q,).
-    """
+    """Compute the profile likelihood of two parameters, from the optimum (k,) outwards with warm starts."""
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     given = evaluated_optimum(seen, box, alpha)
     shape = len(first), len(second)

@@ -39,26 +39,15 @@ BETTER = 1e-3
 
 @dataclass(frozen=True)
 class Profile:
-    """Highest log-likelihood for values of one parameter, between its bounds or up to a deviance of 6.
+    """Highest log-likelihood for values of one parameter, between its bounds or up to a deviance of 6."""
 
-    Attributes:
-        index: index of the parameter.
-        bounds: lower and upper bound of the parameter.
-        alphas: all parameters, the others optimised, shape (P, k), sorted by this parameter; the optimum is
-            one of them.
-        log_likelihood: log-likelihoods of shape (P,).
-        deviance: twice the loss of log-likelihood against the optimum, shape (P,).
-        low: lower end of the 95 % interval; None if the data set no limit above the lower bound.
-        high: upper end of the 95 % interval; None if the data set no limit below the upper bound.
-    """
-
-    index: int
+    index: int  # of the parameter
     bounds: tuple[float, float]
-    alphas: Array
-    log_likelihood: Array
-    deviance: Array
-    low: float | None
-    high: float | None
+    alphas: Array  # (P, k), sorted by this parameter, the others optimised; the optimum is one of them
+    log_likelihood: Array  # (P,)
+    deviance: Array  # (P,), twice the loss of log-likelihood against the optimum
+    low: float | None  # of the 95 % interval; None if the data set no limit above the lower bound
+    high: float | None  # likewise
 
     @property
     def values(self) -> Array:
@@ -68,27 +57,17 @@ class Profile:
 
 @dataclass(frozen=True)
 class Profiles:
-    """Profiles of all free parameters around one optimum.
+    """Profiles of all free parameters around one optimum."""
 
-    Attributes:
-        alpha: parameters of the optimum, shape (k,).
-        log_likelihood: log-likelihood of the optimum.
-        gain: log-likelihood by which this optimum exceeds the given one; 0 if no profile found a better one.
-        curves: profile of each free parameter.
-        evaluations: number of evaluations of the log-likelihood.
-    """
-
-    alpha: Array
-    log_likelihood: float
-    gain: float
-    curves: tuple[Profile, ...]
-    evaluations: int
+    alpha: Array  # (k,), of the optimum
+    log_likelihood: float  # of the optimum
+    gain: float  # over the given optimum; 0 if no profile found a better one
+    curves: tuple[Profile, ...]  # of the free parameters
+    evaluations: int  # of the log-likelihood
 
     @property
     def intervals(self) -> Array:
-        """95 % intervals of shape (k, 2): infinite on a side without a limit, of zero width for a fixed
-        parameter.
-        """
+        """95 % intervals, shape (k, 2): infinite on a side without a limit, of zero width if fixed."""
         ends = np.column_stack([self.alpha, self.alpha])
         for c in self.curves:
             ends[c.index] = -np.inf if c.low is None else c.low, np.inf if c.high is None else c.high
@@ -96,17 +75,9 @@ class Profiles:
 
 
 def profile(objective: Objective, bounds: Array, alpha: Array, description: str | None = None) -> Profiles:
-    """Compute the profile likelihood of every free parameter, from the optimum to both sides with warm
-    starts.
+    """Compute the profile of every free parameter, from the optimum (k,) to both sides with warm starts.
 
     If a better optimum is found on the way, it replaces the given one and the profiles start again.
-
-    Takes objective (B,), bounds (k, 2), alpha (k,).
-
-    Examples:
-        >>> found = profile(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-2.0, 2.0]]), np.zeros(1))
-        >>> found.intervals.round(2).tolist()  # 0 plus or minus 1.96 standard errors of 0.5
-        [[-0.98, 0.98]]
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     start = optimum = evaluated_optimum(seen, box, alpha)
@@ -119,10 +90,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
 
 
 def evaluated_optimum(seen: Recorder, box: Box, alpha: Array) -> Peak:
-    """Return a given optimum, moved into the bounds, with its log-likelihood.
-
-    Takes alpha (k,).
-    """
+    """Return a given optimum (k,), moved into the bounds, with its log-likelihood."""
     inside = box.clip(alpha)
     height = float(seen(inside[None])[0])
     if not np.isfinite(height):
@@ -162,19 +130,12 @@ def _curves(seen: Recorder, box: Box, optimum: Peak, counter: Counter | None) ->
 
 @dataclass(frozen=True)
 class Walk:
-    """Path along one parameter on which the others follow at the highest log-likelihood.
-
-    Attributes:
-        seen: objective that records its evaluations.
-        box: bounds of k parameters.
-        optimum: point to start from.
-        index: index of the parameter.
-    """
+    """Path along one parameter on which the others follow at the highest log-likelihood."""
 
     seen: Recorder
     box: Box
-    optimum: Peak
-    index: int
+    optimum: Peak  # point to start from
+    index: int  # of the parameter
 
     @cached_property
     def axis(self) -> Box:
@@ -182,9 +143,7 @@ class Walk:
         return Box(self.box.bounds[[self.index]])
 
     def to_side(self, sign: int, std: float) -> list[Peak]:
-        """Return the points of the path on one side, from the optimum outwards, up to a deviance of 6 or a
-        bound.
-        """
+        """Return the points on one side, from the optimum outwards, up to a deviance of 6 or a bound."""
         here = self.unit(self.optimum)
         one_std = float(self.axis.to_unit([self.optimum.alpha[self.index] + sign * std])[0])
         step = float(np.clip(RISE * abs(one_std - here), SHORTEST, LONGEST))
@@ -201,11 +160,7 @@ class Walk:
         return self._looked_back(points)[1:]
 
     def follow(self, unit: float, *known: Peak) -> Peak:
-        """Find the highest point with the parameter fixed, starting from known points.
-
-        The climb starts from the last known point, or from the straight line through two known points if that
-        is higher.
-        """
+        """Climb with the parameter fixed, from the last known point or, if higher, the line through two."""
         pinned = self.box.pinned({self.index: float(self.axis.to_alpha([unit])[0])})
         starts = pinned.clip([known[-1].alpha])
         if len(known) > 1:
