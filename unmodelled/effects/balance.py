@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.surroundings import TEMPERATURE, surroundings
+from unmodelled.effects.effect import Need, PortEffect
+from unmodelled.effects.surroundings import TEMPERATURE
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
@@ -13,7 +13,7 @@ from unmodelled.systems.units import parse_unit
 class BalanceEffect(PortEffect):
     """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge."""
 
-    needs = ("position",)
+    needs: ClassVar[tuple[Need, ...]] = ("position",)
     domains = ("balance",)
     warm: ClassVar[bool | None] = None  # of temperatures only, of other levels only, or of both
 
@@ -27,6 +27,4 @@ class ToKnownSurroundings(BalanceEffect):
     """Exchange with surroundings whose level the log or the system file gives."""
 
     variant = "to_known"
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and surroundings(system, port) is not None
+    needs = ("position", "surroundings")

@@ -5,9 +5,7 @@ from __future__ import annotations
 from unmodelled.effects.coil import CoilEffect
 from unmodelled.effects.grids import inside
 from unmodelled.effects.law import Amplitude, Law, Shape
-from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Site
-from unmodelled.systems.model import Port, System
 
 #: Of the inductance that the port feels: how much of it may vanish at high currents.
 _MOST = 0.95
@@ -18,10 +16,8 @@ class InductanceSaturation(CoilEffect):
 
     family = "inductance_saturation"
     complexity = 2.5
+    needs = ("velocity", "mass")
     power = "stored"
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and is_inertial(system, port)
 
     def law(self, at: Site) -> Law:
         inductance, most = 1.0 / at.mobility, max(abs(at["v"].low), at["v"].high)
