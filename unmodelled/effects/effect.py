@@ -36,7 +36,8 @@ _GIVEN: Mapping[Need, Callable[[System, Port], bool]] = {
 class Effect(ABC):
     """Effect that a model can leave out; stateless.
 
-    Every class of this package without abstract methods that takes no arguments is in the library.
+    Every class of this package without abstract methods that takes no arguments is in the library, unless its
+    name begins with an underscore.
 
     Attributes:
         family: name of the family in a diagnosis.

@@ -38,8 +38,9 @@ def _of_packages(families: set[str]) -> Iterator[Effect]:
 
 
 def _makes_one(kind: type[Effect]) -> bool:
-    """Whether a class is an effect by itself: neither abstract, nor made of what a user gives."""
-    return not inspect.isabstract(kind) and not inspect.signature(kind).parameters
+    """Whether a class is an effect by itself: neither a base of others, nor made of what a user gives."""
+    is_base = inspect.isabstract(kind) or kind.__name__.startswith("_")
+    return not is_base and not inspect.signature(kind).parameters
 
 
 def _below(kind: type[Any]) -> Iterator[type[Any]]:

@@ -51,6 +51,11 @@ class Spread:
         """Half the difference between the largest and the smallest value, positive."""
         return max(0.5 * (self.high - self.low), _TINY)
 
+    @property
+    def largest(self) -> float:
+        """Largest magnitude, not less than the root mean square."""
+        return max(abs(self.low), abs(self.high), self.rms)
+
 
 @dataclass(frozen=True)
 class Load:
