@@ -11,8 +11,6 @@ class InputDelay(Delay):
     """Constant delay between the logged input and its action."""
 
     family = "input_delay"
-    name = "T_d"
-    law = "{0}(t - {1})"
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("actuator", item.name) for item in system.inputs)

@@ -11,8 +11,6 @@ class SensorDelay(Delay):
     """Constant delay between a quantity and its log."""
 
     family = "sensor_delay"
-    name = "T_d"
-    law = "{0}(t - {1})"
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("sensor", item.name) for item in system.outputs)

@@ -26,14 +26,11 @@ class TorqueRipple(PortEffect):
         return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
 
 
-class TorqueRippleWithOvertones(PortEffect):
+class TorqueRippleWithOvertones(TorqueRipple):
     """Sine wave over position with its second and third harmonic."""
 
-    family = "torque_ripple"
     variant = "with_overtones"
     complexity = 6.0
-    needs = ("position",)
-    power = "stored"
 
     def law(self, at: Site) -> Law:
         grid = waves(at, _MOST // 3, whole=True)
