@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -16,11 +16,19 @@ HIGHEST_POWER, HIGHEST_HARMONIC = 5, 4
 class Motion(Enum):
     """Function of the velocity v in a term.
 
-    NONE: 1. VISCOUS: v. QUADRATIC: v |v|. CUBIC: v^3. DRY (dry friction): sign(v) or tanh(v / jump). PEAK
-    (Stribeck peak): the same times exp(-(v / fade)^2).
+    DRY (dry friction) is sign(v) or tanh(v / jump), PEAK (Stribeck peak) the same times exp(-(v / fade)^2).
     """
 
     NONE, VISCOUS, QUADRATIC, CUBIC, DRY, PEAK = range(6)
+
+
+#: The functions of v alone, and their factors as text.
+_PLAIN: Mapping[Motion, tuple[Callable[[Array], Array], tuple[str, ...]]] = {
+    Motion.NONE: (np.ones_like, ()),
+    Motion.VISCOUS: (lambda v: v, ("{v}",)),
+    Motion.QUADRATIC: (lambda v: v * np.abs(v), ("{v}", "abs({v})")),
+    Motion.CUBIC: (lambda v: v**3, ("{v}**3",)),
+}
 
 
 @dataclass(frozen=True)
@@ -60,28 +68,14 @@ class Term:
         return [x if self.power == 1 else f"{x}**{self.power}"] if self.power else []
 
     def _during(self, v: Array) -> Array:
-        match self.motion:
-            case Motion.NONE:
-                return np.ones_like(v)
-            case Motion.VISCOUS:
-                return v
-            case Motion.QUADRATIC:
-                return v * np.abs(v)
-            case Motion.CUBIC:
-                return v**3
+        if self.motion in _PLAIN:
+            return _PLAIN[self.motion][0](v)
         jump = np.tanh(v / self.jump) if self.jump else np.sign(v)
         return jump if self.motion is Motion.DRY else jump * np.exp(-((v / self.fade) ** 2))
 
     def _during_text(self, v: str, jump: str, fade: str) -> list[str]:
-        match self.motion:
-            case Motion.NONE:
-                return []
-            case Motion.VISCOUS:
-                return [v]
-            case Motion.QUADRATIC:
-                return [v, f"abs({v})"]
-            case Motion.CUBIC:
-                return [f"{v}**3"]
+        if self.motion in _PLAIN:
+            return [factor.format(v=v) for factor in _PLAIN[self.motion][1]]
         step = f"tanh({v}/{jump})" if self.jump else f"sign({v})"
         return [step] if self.motion is Motion.DRY else [step, f"exp(-({v}/{fade})**2)"]
 
