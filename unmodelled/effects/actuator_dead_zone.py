@@ -1,7 +1,5 @@
 """Dead zone of an actuator: no effect of small inputs."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import DriveEffect

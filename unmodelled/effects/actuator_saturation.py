@@ -1,7 +1,5 @@
 """Saturation of an actuator: a largest output, also one that falls with speed, or a gain that falls."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Backlash (play) between a port and the body that it moves."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Base class of the effects at a port that balances heat, fluid or charge."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import Need, PortEffect

@@ -1,7 +1,5 @@
 """Base class of the effects that hang a body with a motion of its own behind a port."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar

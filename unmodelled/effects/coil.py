@@ -1,7 +1,5 @@
 """Base class of the effects in a coil."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import Need, PortEffect

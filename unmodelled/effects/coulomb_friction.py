@@ -1,7 +1,5 @@
 """Dry friction independent of speed."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric
 from unmodelled.effects.law import Law, Shape, positive

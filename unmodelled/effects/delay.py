@@ -1,7 +1,5 @@
 """Base class of the delays of inputs and outputs."""
 
-from __future__ import annotations
-
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.naming import fresh

@@ -1,7 +1,5 @@
 """Drift of a parameter or load, along an experiment or from one experiment to the next."""
 
-from __future__ import annotations
-
 from abc import ABC
 
 from unmodelled.effects.columns import Order

@@ -1,7 +1,5 @@
 """End stops of the travel."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect

@@ -1,7 +1,5 @@
 """Presliding friction, which builds up over a distance and so has a memory."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect

@@ -1,7 +1,5 @@
 """Saturation of the iron core of a coil."""
 
-from __future__ import annotations
-
 from unmodelled.effects.coil import CoilEffect
 from unmodelled.effects.grids import inside
 from unmodelled.effects.law import Amplitude, Law, Shape

@@ -1,7 +1,5 @@
 """Error of a known mass or moment of inertia."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Amplitude, Law, signed
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Dependence on a logged input that the known physics does not use: a fan, the sun, the oil's temperature."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ParameterEffect, PortEffect
 from unmodelled.effects.law import Fixed, Law, signed
 from unmodelled.effects.place import Place, Site

@@ -1,7 +1,5 @@
 """Dry friction that grows with the effort that a gear, a screw or a guide transmits."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Law

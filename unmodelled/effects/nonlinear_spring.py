@@ -1,7 +1,5 @@
 """Nonlinear springs."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect

@@ -1,7 +1,5 @@
 """Delay of a sensor."""
 
-from __future__ import annotations
-
 from unmodelled.effects.delay import Delay
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System

@@ -1,7 +1,5 @@
 """Ripple over position, as of cogging, eccentricity or gear mesh."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import waves
 from unmodelled.effects.law import Law, Shape, signed

@@ -1,7 +1,5 @@
 """Viscous friction."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Shape, positive
