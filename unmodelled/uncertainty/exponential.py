@@ -12,15 +12,14 @@ Newton's direction is sum E_target[p_j] p_j(z), for any degree and any width of 
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_legendre
 
 from unmodelled.base.compiling import compiled
 from unmodelled.uncertainty.density import Array
+from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 
 #: Gauss-Legendre nodes; a density counts once a rule finds its moments right that it was not made with.
 RULES = (64, 128, 256, 512, 1024)
@@ -148,13 +147,6 @@ def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Arra
             step[k] += mismatch * a[k]
         decrement += mismatch * mismatch
     return float(decrement)
-
-
-@lru_cache
-def gauss_legendre(nodes: int) -> tuple[Array, Array]:
-    """Return the points (n,) and weights (n,) of a Gauss-Legendre quadrature rule on [-1, 1]."""
-    points, weights = roots_legendre(nodes)
-    return points, weights
 
 
 def panel_integrals(coefficients: Array, support: Array) -> Array:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_legendre
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
+from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 from unmodelled.uncertainty.tracing import follow, steepness
 
 Array = NDArray[np.float64]
@@ -78,7 +77,8 @@ class Monotone:
         part = np.tile([0.0, 1.0], (outputs, 2, 1))
         part[:, :n, 0] = np.where(self.falling, 1.0 - stop, start)
         part[:, :n, 1] = stop - start
-        points, weights = _quadrature(nodes if n == 2 else 1)
+        points, weights = gauss_legendre(nodes if n == 2 else 1)
+        points, weights = 0.5 + 0.5 * points, 0.5 * weights
         share, along = np.empty((2, *y.shape, len(points), 2))
         last = np.empty(y.shape)
         # a copy: for an array that cannot be written to, all of this would be compiled once more
@@ -119,12 +119,6 @@ class LevelCurves:
         below = families[1].cumulative(self.end, alpha[1])
         product *= families[1].density(self.theta[..., 1], alpha[1])
         return np.asarray(product.sum(-1) + np.where(self.falling[:, 1], 1.0 - below, below))
-
-
-@lru_cache
-def _quadrature(nodes: int) -> tuple[Array, Array]:
-    points, weights = roots_legendre(nodes)
-    return 0.5 + 0.5 * points, 0.5 * weights
 
 
 def _fall(values: Array, axis: int) -> Array:

@@ -64,11 +64,7 @@ def floored(log_density: Array, floor: Array | float) -> LogLikelihood:
 
 def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
     """Return the log-densities (B, L) of data (L,) as a function of distributions (B, n, 2), one by one."""
-
-    def each(alphas: Array) -> Array:
-        return np.stack([propagation(alpha).log_density(y) for alpha in alphas])
-
-    return each
+    return lambda alphas: np.stack([propagation(alpha).log_density(y) for alpha in alphas])
 
 
 def objective(log_density: LogDensity, floor: Array | float = -np.inf) -> Callable[[Array], Array]:

@@ -21,9 +21,7 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class MaximumEntropy(Density):
-    """Densities exp(sum c_k z^k) of z = (y - mean) / std on an interval, zero outside (eq. 3.15, c =
-    -lambda).
-    """
+    """Densities exp(sum c_k z^k) of z = (y - mean) / std on an interval, zero outside (eq. 3.15)."""
 
     mean: Array  # (L,)
     std: Array  # (L,)

@@ -6,6 +6,7 @@ Each method is a function of alpha of shape (n, 2), the parameters of the n dist
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import comb
@@ -88,43 +89,52 @@ class ExactPushForward:
         return PushForward(self.surface, self.families, alpha)
 
 
+@dataclass(frozen=True)
+class _Sampled(ABC):
+    """Propagation to histograms of the outputs of samples."""
+
+    response: Response
+    families: tuple[Family, ...]
+    samples: int
+
+    @abstractmethod
+    def theta(self, alpha: Array) -> Array:
+        """Return the samples (S, n) for a distribution (n, 2)."""
+
+    def outputs(self, alpha: Array) -> Iterator[Array]:
+        """Yield the outputs (block, L) of the samples for a distribution (n, 2)."""
+        theta = self.theta(alpha)
+        for i in range(0, len(theta), BLOCK):
+            yield evaluate_response(self.response, theta[i : i + BLOCK])
+
+    def __call__(self, alpha: Array) -> Empirical:
+        histogram = Histogram()
+        for y in self.outputs(alpha):
+            histogram.add(y)
+        return Empirical.from_histogram(histogram)
+
+
 @final
 @dataclass(frozen=True)
-class MonteCarlo:
+class MonteCarlo(_Sampled):
     """Propagation to histograms of random samples.
 
     Every alpha uses the same random numbers, so that the density varies smoothly with alpha.
     """
 
-    response: Response
-    families: tuple[Family, ...]
-    samples: int
     seed: int
 
-    def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Yield the outputs (block, L) of the samples for a distribution (n, 2)."""
-        generator = np.random.default_rng(self.seed)
-        return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
-
-    def __call__(self, alpha: Array) -> Empirical:
-        return _empirical(self.outputs(alpha))
+    def theta(self, alpha: Array) -> Array:
+        return draw(self.families, alpha, self.samples, np.random.default_rng(self.seed))
 
 
 @final
 @dataclass(frozen=True)
-class QuasiMonteCarlo:
-    """Propagation to histograms of the outputs on an even grid of probabilities (`even_grid`)."""
+class QuasiMonteCarlo(_Sampled):
+    """Propagation to histograms of the outputs on an even grid of about `samples` probabilities."""
 
-    response: Response
-    families: tuple[Family, ...]
-    samples: int  # approximate number
-
-    def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Yield the outputs (block, L) of the samples for a distribution (n, 2)."""
-        return _outputs(self.response, even_grid(self.families, alpha, self.samples))
-
-    def __call__(self, alpha: Array) -> Empirical:
-        return _empirical(self.outputs(alpha))
+    def theta(self, alpha: Array) -> Array:
+        return even_grid(self.families, alpha, self.samples)
 
 
 def of_moments(
@@ -171,15 +181,3 @@ def standardised(raw: Array) -> tuple[Array, Array, Array]:
     ]
     std = np.sqrt(central[2])
     return raw[1], std, np.stack([central[k] / std**k for k in range(1, count + 1)])
-
-
-def _outputs(response: Response, theta: Array) -> Iterator[Array]:
-    for i in range(0, len(theta), BLOCK):
-        yield evaluate_response(response, theta[i : i + BLOCK])
-
-
-def _empirical(blocks: Iterable[Array]) -> Empirical:
-    histogram = Histogram()
-    for y in blocks:
-        histogram.add(y)
-    return Empirical.from_histogram(histogram)

@@ -18,9 +18,7 @@ ROUNDING = 1e-9
 
 
 class Response(Protocol):
-    """Function from n uncertain parameters to L outputs, Y_l = M_l(theta) (section 3.2.1), evaluated in
-    batches.
-    """
+    """Function from n uncertain parameters to L outputs, Y_l = M_l(theta) (section 3.2.1), in batches."""
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -18,8 +18,7 @@ from unmodelled.uncertainty.curvature import Curvature
 from unmodelled.uncertainty.identify import Identification
 from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
-from unmodelled.uncertainty.pair_profile import PairProfile, profile_pair
-from unmodelled.uncertainty.profile import Profiles
+from unmodelled.uncertainty.profile import PairProfile, Profiles, profile_pair
 from unmodelled.uncertainty.replicate import summarise_estimates
 
 Array = NDArray[np.float64]

@@ -193,7 +193,7 @@ class TruncatedHermite(Germ):
         least = 40.0 + 4.0 * count  # exp(-least) of the mode's density
         low = max(self.low, -_reach(least, -self.slope))
         high = min(self.high, _reach(least, self.slope))
-        points, weights = _legendre(64 + 4 * count)
+        points, weights = gauss_legendre(64 + 4 * count)
         points = 0.5 * (low + high) + 0.5 * (high - low) * points
         return points, 0.5 * (high - low) * weights * np.exp(-points * (0.5 * points + self.slope))
 
@@ -214,8 +214,9 @@ def _reach(least: float, slope: float) -> float:
 
 
 @lru_cache
-def _legendre(count: int) -> tuple[Array, Array]:
-    points, weights = roots_legendre(count)
+def gauss_legendre(nodes: int) -> tuple[Array, Array]:
+    """Return the points (n,) and weights (n,) of a Gauss-Legendre quadrature rule on [-1, 1]."""
+    points, weights = roots_legendre(nodes)
     return points, weights
 
 
