@@ -33,10 +33,7 @@ FEWEST, LARGEST = 50, 6  # samples; terms
 _WORTH = 0.002  # of the force's range: a gain (rms) below it is not worth a term, a network is no more exact
 _DIGITS = 1e-4  # of the largest force: a gain below it is lost where the coefficients are rounded
 _FOLDS, _BLOCKS = 10, 5  # of experiments; of consecutive samples where there are fewer than three experiments
-_JUMPS = (
-    0.0,
-    *np.geomspace(3e-4, 0.3, 13),
-)  # of dry friction, in shares of the speed that is reached; 0: sign
+_JUMPS = (0.0, *np.geomspace(3e-4, 0.3, 13))  # of dry friction, in shares of the top speed; 0: sign
 _FADES = tuple(np.geomspace(3e-3, 0.5, 16))  # of the Stribeck peak, likewise
 _KEPT = 16  # sets of each size that are extended by one more term
 _RIDGE = 1e-9  # for columns of rms 1: keeps near-parallel ones from cancelling each other

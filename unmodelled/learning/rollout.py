@@ -42,17 +42,16 @@ def arguments(how: Integration) -> tuple[int, float, float, Array]:
     return how.substeps, how.period, how.common_hold, how.stages
 
 
-def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:
+def _numbers(model: Nnap, member: int) -> tuple[Array, ...]:
+    """Parameters (parameters,), weights (size,), scale (inputs,) and gain (networks,) of one member."""
     values = (model.physics(), model.weights, model.scale, model.gain)
-    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
-    return (*arguments(how), *own)
+    return tuple(np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
 
 
 def generated(model: Nnap, member: int) -> Generated:
     """Return one member of a stack as a backend of `free_run` that shows all states."""
-    values = (model.weights, model.scale, model.gain)
-    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
-    return Generated(model.structure, tuple(model.structure.system.x), *own)
+    _, weights, scale, gain = _numbers(model, member)
+    return Generated(model.structure, tuple(model.structure.system.x), weights, scale, gain)
 
 
 def simulate(
@@ -101,7 +100,7 @@ class CompiledRollout(torch.autograd.Function):
         """Simulate windows from states x0 (windows, states), see `simulate`."""
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
-        ctx.context = model, data, starts, steps, X[:, :1].copy(), _common(model, member, how)
+        ctx.context = model, data, starts, steps, X[:, :1].copy(), (*arguments(how), *_numbers(model, member))
         return torch.from_numpy(X), torch.from_numpy(Z)
 
     @staticmethod

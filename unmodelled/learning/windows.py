@@ -24,12 +24,7 @@ Indices = NDArray[np.int64]
 
 
 class Training(Protocol):
-    """Settings of a training: a frozen dataclass whose `repr` holds everything that decides the result.
-
-    Attributes:
-        horizon: number of samples of free run that the loss looks ahead.
-        epochs: number of passes over the training data, of every model of a stack.
-    """
+    """Settings of a training: a frozen dataclass whose `repr` holds everything that decides the result."""
 
     @property
     def horizon(self) -> int:

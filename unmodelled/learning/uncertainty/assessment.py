@@ -86,22 +86,25 @@ class Assessment:
         two = pairs(alpha)
         exact = self.exact(two)
         true = self.log_likelihood(exact, y)
-        parts = []
-        for method in COMPARED[of]:
-            density = self.propagations[method](two)
-            columns = {
-                "data_set": k,
-                "alpha_of": of,
-                "method": method,
-                "id": self.problem.ids,
-                "emd": earth_mover_distance(density, exact),
-                "error": self.log_likelihood(density, y) - true,
-            }
-            parts.append(pd.DataFrame(columns))
-        table = pd.concat(parts, ignore_index=True)
+        made = {method: self.propagations[method](two) for method in COMPARED[of]}
+        table = pd.concat([self._errors(of, m, made[m], exact, true, y) for m in made], ignore_index=True)
+        table.insert(0, "data_set", k)
         own = PUSH_FORWARD if of == PLANTED else of
         estimated = true + table.loc[table["method"] == own, "error"].to_numpy()
         return (k, of, *alpha, float(estimated.sum()), float(true.sum())), table
+
+    def _errors(
+        self, of: str, method: str, density: Density, exact: Density, true: Array, y: Array
+    ) -> pd.DataFrame:
+        """A row per output (L,) of the errors of one method; `true` (L,) are exact log-likelihoods."""
+        columns = {
+            "alpha_of": of,
+            "method": method,
+            "id": self.problem.ids,
+            "emd": earth_mover_distance(density, exact),
+            "error": self.log_likelihood(density, y) - true,
+        }
+        return pd.DataFrame(columns)
 
     def log_likelihood(self, density: Density, y: Array) -> Array:
         """Return the log-likelihoods (L,) of outputs (L,), not below the floor of the estimator."""
@@ -120,16 +123,8 @@ class Assessment:
             made[f"{GAUSSIAN}_sampled"] = of_moments([drawn], 2)
             made[f"{MAXIMUM_ENTROPY}_sampled"] = of_moments([drawn], self.estimator.setup.moments)
             for name, density in made.items():
-                columns = {
-                    "alpha_of": of,
-                    "method": name,
-                    "id": self.problem.ids,
-                    "emd": earth_mover_distance(density, reference),
-                    "error": self.log_likelihood(density, self.problem.y) - true,
-                    "reference": true,
-                    "fallback": getattr(density, "fallback", False),
-                }
-                rows.append(pd.DataFrame(columns))
+                table = self._errors(of, name, density, reference, true, self.problem.y)
+                rows.append(table.assign(reference=true, fallback=getattr(density, "fallback", False)))
             curves.append(self._curves(of, {"monte_carlo": reference, **made}))
         return pd.concat(rows, ignore_index=True), pd.concat(curves, ignore_index=True)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.learning.uncertainty.estimate import Estimator, Objective
+from unmodelled.learning.uncertainty.estimate import Estimator, Objective, least_squares
 from unmodelled.learning.uncertainty.problem import Problem
 from unmodelled.learning.uncertainty.setup import pairs as by_parameter
 from unmodelled.uncertainty.advice import advice
@@ -37,14 +37,15 @@ def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tup
     }
 
 
-def points(estimator: Estimator, table: pd.DataFrame, found: Found) -> pd.DataFrame:
-    """Add the log-likelihood of every observation to their table, at the optimum of each method."""
-    columns: dict[str, Any] = {}
+def points(estimator: Estimator, problem: Problem, found: Found) -> pd.DataFrame:
+    """Return the table `points`, with the log-likelihoods at the optimum of each method."""
+    best = least_squares(estimator.surface, problem.y)
+    columns: dict[str, Any] = {"id": problem.ids, "y": problem.y, "deviation": problem.deviation}
+    columns["deterministic"] = problem.response(best[None])[0]
     for method, propagation in estimator.setup.propagations(estimator.surface).items():
-        density = propagation(by_parameter(found[method].alpha))
-        own = log_likelihoods(density, table["y"].to_numpy(), estimator.floor)
+        own = log_likelihoods(propagation(by_parameter(found[method].alpha)), problem.y, estimator.floor)
         columns |= {f"log_likelihood_{method}": own.each, f"floored_{method}": own.floored}
-    return table.assign(**columns)
+    return pd.DataFrame(columns)
 
 
 def estimates(
@@ -97,17 +98,15 @@ def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) ->
     return pd.concat(parts, ignore_index=True)
 
 
-def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) -> pd.DataFrame:
-    """Return the table `replicates`: the estimates from redrawn data sets."""
-    parts = []
-    for method, results in found.items():
-        table = pd.DataFrame([f.alpha for f in results], columns=list(names))
-        table.insert(0, "method", method)
-        table.insert(1, "data_set", np.arange(1, len(results) + 1))
-        table.insert(2, "log_likelihood", [f.log_likelihood for f in results])
-        table.insert(3, "converged", [f.converged for f in results])
-        parts.append(table)
-    return pd.concat(parts, ignore_index=True)
+def replicates(names: Sequence[str], again: Sequence[Identification]) -> pd.DataFrame:
+    """Return the table `replicates`: the estimates of the exact method from redrawn data sets."""
+    columns = {
+        "method": PUSH_FORWARD,
+        "data_set": np.arange(1, len(again) + 1),
+        "log_likelihood": [f.log_likelihood for f in again],
+        "converged": [f.converged for f in again],
+    }
+    return pd.DataFrame(columns).join(pd.DataFrame([f.alpha for f in again], columns=list(names)))
 
 
 def summary(
