@@ -16,7 +16,7 @@ MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FI
 #: Modules whose examples take longer than two seconds.
 LONG = {f"unmodelled.api.{name}" for name in ("answer_list", "diagnosis", "learned_laws", "next_experiment")}
 LONG |= {"unmodelled.effects.own_law", "unmodelled.learning.evaluation"}
-LONG |= {"unmodelled.learning.uncertainty.identified", "unmodelled.uncertainty.push_forward"}
+LONG |= {"unmodelled.learning.uncertainty.identified"}
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.learning.uncertainty import problem
 from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
-from unmodelled.learning.uncertainty.event_response import event_response, inputs, same_starts
+from unmodelled.learning.uncertainty.problem import event_response, inputs, same_starts
 from unmodelled.learning.uncertainty.setup import Setup, pairs
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.families import ClippedNormal

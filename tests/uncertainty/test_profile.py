@@ -15,8 +15,7 @@ from unmodelled.uncertainty.advice import advice
 from unmodelled.uncertainty.ascent import Objective
 from unmodelled.uncertainty.curvature import curvature
 from unmodelled.uncertainty.identify import identify
-from unmodelled.uncertainty.pair_profile import profile_pair
-from unmodelled.uncertainty.profile import THRESHOLD, TOP, profile
+from unmodelled.uncertainty.profile import THRESHOLD, TOP, profile, profile_pair
 
 Array = NDArray[np.float64]
 COUNT = 60

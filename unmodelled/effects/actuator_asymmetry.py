@@ -1,7 +1,5 @@
 """Different gains of an actuator for positive and negative inputs."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ActuatorEffect
 from unmodelled.effects.law import Amplitude, Law
 from unmodelled.effects.place import Site

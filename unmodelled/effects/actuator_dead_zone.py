@@ -1,8 +1,6 @@
 """Dead zone of an actuator: no effect of small inputs."""
 
-from __future__ import annotations
-
-from abc import abstractmethod
+from typing import ClassVar
 
 from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
@@ -12,14 +10,10 @@ from unmodelled.effects.place import Site
 
 class _DeadZone(DriveEffect):
     family = "actuator_dead_zone"
-
-    @property
-    @abstractmethod
-    def lost(self) -> str:
-        """Part of the input that has no effect, as an expression."""
+    lost: ClassVar[str]  # part of the input that has no effect
 
     def law(self, at: Site) -> Law:
-        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        largest = at["u"].largest
         shapes = {"u_d": Shape("u", geometric(0.01 * largest, 0.5 * largest, 6), (1e-4 * largest, largest))}
         amplitudes = {"c_u": share(f"-{self.lost}")}
         return Law(f"u - {self.lost}", amplitudes, shapes, phrase="dead zone of ±{u_d}")
@@ -29,10 +23,7 @@ class DeadZone(_DeadZone):
     """Dead zone of equal width on both sides; beyond it the actuator gives the input minus the width."""
 
     complexity = 2.0
-
-    @property
-    def lost(self) -> str:
-        return "clip(u, -u_d, u_d)"
+    lost = "clip(u, -u_d, u_d)"
 
 
 class RoundedDeadZone(_DeadZone):
@@ -40,7 +31,4 @@ class RoundedDeadZone(_DeadZone):
 
     variant = "rounded"
     complexity = 2.2
-
-    @property
-    def lost(self) -> str:
-        return "u_d*tanh(u/u_d)"
+    lost = "u_d*tanh(u/u_d)"

@@ -1,7 +1,5 @@
 """Gain error of an actuator."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ActuatorEffect
 from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Lag of an actuator behind its input."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, share

@@ -1,7 +1,5 @@
 """Offset of an actuator."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ActuatorEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site

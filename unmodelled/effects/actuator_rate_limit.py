@@ -1,7 +1,5 @@
 """Limit of the rate of an actuator."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric, relaxation
 from unmodelled.effects.law import Law, Memory, Shape, share

@@ -1,8 +1,5 @@
 """Saturation of an actuator: a largest output, also one that falls with speed, or a gain that falls."""
 
-from __future__ import annotations
-
-from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -21,40 +18,29 @@ _EACH = 4
 _LOST = 0.5
 
 
-def _largest(at: Site, local: str) -> float:
-    return max(abs(at[local].low), abs(at[local].high), at[local].rms)
-
-
 class _Saturation(DriveEffect):
     family = "actuator_saturation"
+    limited: ClassVar[str]  # the limited input
+    most: ClassVar[float]  # highest limit with an influence, in largest inputs
     said: ClassVar[Mapping[str, str]] = {}
 
-    @abstractmethod
-    def limited(self) -> tuple[str, float]:
-        """Return the limited input as an expression, and the highest limit with an influence, in largest
-        inputs.
-        """
-
     def law(self, at: Site) -> Law:
-        limited, most = self.limited()
-        largest = _largest(at, "u")
-        grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
-        shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
-        amplitudes = {"c_u": share(f"{limited} - u")}
-        return Law(limited, amplitudes, shapes, robot=self.said, phrase="saturation at ±{u_max}")
+        largest = at["u"].largest
+        grid = geometric(_LEAST * largest, 0.9 * self.most * largest, _LIMITS)
+        shapes = {"u_max": Shape("u", grid, (0.01 * largest, self.most * largest))}
+        amplitudes = {"c_u": share(f"{self.limited} - u")}
+        return Law(self.limited, amplitudes, shapes, robot=self.said, phrase="saturation at ±{u_max}")
 
 
 class HardSaturation(_Saturation):
     """Saturation at the same limit on both sides."""
 
     complexity = 2.0
+    limited, most = "clip(u, -u_max, u_max)", 1.0
     said: ClassVar[Mapping[str, str]] = {
         "ctrl_low": "max(ctrl_low, -u_max)",
         "ctrl_high": "min(ctrl_high, u_max)",
     }
-
-    def limited(self) -> tuple[str, float]:
-        return "clip(u, -u_max, u_max)", 1.0
 
 
 class SoftSaturation(_Saturation):
@@ -62,9 +48,7 @@ class SoftSaturation(_Saturation):
 
     variant = "soft"
     complexity = 2.2
-
-    def limited(self) -> tuple[str, float]:
-        return "u_max*tanh(u/u_max)", 4.0
+    limited, most = "u_max*tanh(u/u_max)", 4.0
 
 
 class _SpeedLimit(DriveEffect):
@@ -72,28 +56,25 @@ class _SpeedLimit(DriveEffect):
 
     family = "actuator_saturation"
     complexity = 3.0
+    limited: ClassVar[str]  # the limited input
+    speed: ClassVar[str]  # name of the speed in it
     #: Limits at rest, in largest inputs, and speeds where the limit begins or ends, in largest speeds.
     at_rest: ClassVar[tuple[float, float]]
     speeds: ClassVar[tuple[float, float]]
-
-    @abstractmethod
-    def limited(self) -> tuple[str, str]:
-        """Return the limited input as an expression, and the name of the speed in it."""
 
     def places(self, system: System) -> tuple[Place, ...]:
         driving = {item.name for item in system.inputs if driven_port(system, item) is not None}
         return tuple(place for place in super().places(system) if place.name in driving)
 
     def law(self, at: Site) -> Law:
-        u, v = _largest(at, "u"), _largest(at, "v")
-        limited, speed = self.limited()
+        u, v = at["u"].largest, at["v"].largest
         limits = geometric(self.at_rest[0] * u, self.at_rest[1] * u, _EACH)
         speeds = geometric(self.speeds[0] * v, self.speeds[1] * v, _EACH)
         shapes = {
             "u_0": Shape("u", limits, (0.05 * u, 20.0 * u)),
-            speed: Shape("v", speeds, (0.1 * v, 50.0 * v)),
+            self.speed: Shape("v", speeds, (0.1 * v, 50.0 * v)),
         }
-        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+        return Law(self.limited, {"c_u": share(f"{self.limited} - u")}, shapes)
 
 
 class SpeedLimit(_SpeedLimit):
@@ -105,10 +86,8 @@ class SpeedLimit(_SpeedLimit):
     """
 
     variant = "falling_with_speed"
+    limited, speed = "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))", "v_0"
     at_rest, speeds = (0.3, 2.0), (0.7, 4.0)
-
-    def limited(self) -> tuple[str, str]:
-        return "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))", "v_0"
 
 
 class PowerLimit(_SpeedLimit):
@@ -119,11 +98,8 @@ class PowerLimit(_SpeedLimit):
     """
 
     variant = "constant_power"
+    limited, speed = "clip(u, -u_0*v_b/max(abs(v), v_b), u_0*v_b/max(abs(v), v_b))", "v_b"
     at_rest, speeds = (0.2, 1.0), (0.2, 0.8)
-
-    def limited(self) -> tuple[str, str]:
-        limit = "u_0*v_b/max(abs(v), v_b)"
-        return f"clip(u, -{limit}, {limit})", "v_b"
 
 
 class FallingGain(DriveEffect):
@@ -138,6 +114,6 @@ class FallingGain(DriveEffect):
     complexity = 2.3
 
     def law(self, at: Site) -> Law:
-        largest = _largest(at, "u")
+        largest = at["u"].largest
         amplitude = Amplitude("-u*abs(u)", 0.2 / largest, (0.0, _LOST / largest))
         return Law("u - s_u*u*abs(u)", {"s_u": amplitude})

@@ -19,67 +19,38 @@ DISCOVERED = "discovered_law"
 
 @dataclass(frozen=True)
 class Added:
-    """Effect at a place of a system, with all amplitudes zero and all shapes at a value of their grids.
-
-    Attributes:
-        family: name of the family, such as "coulomb_friction".
-        variant: name of the variant; empty for the plain form of the family.
-        place: place where the effect acts.
-        system: system with the effect; its new numbers are parameters.
-        law: law as a person writes it, in names of `system`.
-        amplitudes: names of the parameters in which the law is linear; default none.
-        regressors: contribution of one unit of each amplitude to the effort, input, output or parameter at
-            the place, in terms of states, inputs, parameters, constants and t; default none.
-        shares: names of the amplitudes that switch the effect: 1 if it is present, 0 if not; default none.
-        shapes: starting values of the other fitted numbers by name, in SI units; default none.
-        bounds: lowest and highest value of amplitudes, shapes and delays by name, in SI units.
-        scales: plausible magnitude of amplitudes, shapes and delays by name, in SI units.
-        units: SI unit of amplitudes, shapes and delays by name.
-        memory: names of the states that the effect adds; no output shows them; default none.
-        delays: place of each shape that is a delay of an input or output instead of a parameter; default
-            none.
-        columns: constants that the effect adds to the operating point by name, with their values; default
-            none.
-        per_experiment: names of the amplitudes that differ between experiments; default none.
-        priors: plausible standard deviation around zero of some amplitudes, in SI units; default none.
-        linear: whether regressors times amplitudes are the whole contribution; otherwise they are its tangent
-            at zero.
-        slopes: slopes of the law beyond the data by parameter name, used where they are positive; default
-            none.
-        extent: names of the two parameters that hold the edges of the data, by name of the coordinate;
-            default none.
-        robot: new values of numbers of a robot file that hold the law, as in `Law`, in names of `system`;
-            default none.
-        told: words of the trade instead of numbers of the law, as in `Law`, in names of `system`; default
-            none.
-        phrase: the effect in a few words, as in `Law`, in names of `system`; default "".
-        signals: name of the signal whose unit a number has, by name of the number; default none.
-    """
+    """Effect at a place of a system, with all amplitudes zero and all shapes at a value of their grids."""
 
     family: str
-    variant: str
+    variant: str  # empty for the plain form of the family
     place: Place
-    system: System
-    law: str
-    amplitudes: tuple[str, ...] = ()
-    regressors: tuple[sp.Expr, ...] = ()
-    shares: tuple[str, ...] = ()
+    system: System  # with the effect, whose new numbers are parameters
+    law: str  # as a person writes it, in names of `system`
+    amplitudes: tuple[str, ...] = ()  # parameters in which the law is linear
+    regressors: tuple[sp.Expr, ...] = ()  # contribution of one unit of each amplitude at the place
+    shares: tuple[str, ...] = ()  # amplitudes that switch the effect: 1 if it is present, 0 if not
+    #: Starting values of the other fitted numbers, in SI units.
     shapes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    #: Of amplitudes, shapes and delays, in SI units.
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    scales: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    memory: tuple[str, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)  # plausible magnitudes of the same, in SI units
+    units: Mapping[str, str] = field(default_factory=dict)  # SI units of the same
+    memory: tuple[str, ...] = ()  # states that the effect adds; no output shows them
+    #: Places of the shapes that are delays instead of parameters.
     delays: Mapping[str, Place] = field(default_factory=dict)
-    columns: Mapping[str, Column] = field(default_factory=dict)
-    per_experiment: tuple[str, ...] = ()
+    columns: Mapping[str, Column] = field(default_factory=dict)  # new constants of the operating point
+    per_experiment: tuple[str, ...] = ()  # amplitudes that differ between experiments
+    #: Plausible deviations from zero of amplitudes, in SI units.
     priors: Mapping[str, float] = field(default_factory=dict)
-    linear: bool = True
+    linear: bool = True  # else regressors times amplitudes are only the tangent of the contribution at zero
+    #: Of the law beyond the data, used where positive.
     slopes: Mapping[str, sp.Expr] = field(default_factory=dict)
+    #: Parameters of the edges of the data, by coordinate.
     extent: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    robot: Mapping[str, str] = field(default_factory=dict)
+    robot: Mapping[str, str] = field(default_factory=dict)  # as in `Law`, as are `told` and `phrase`
     told: Mapping[str, Told] = field(default_factory=dict)
     phrase: str = ""
-    signals: Mapping[str, str] = field(default_factory=dict)
+    signals: Mapping[str, str] = field(default_factory=dict)  # signal whose unit a number has
 
     @property
     def key(self) -> tuple[str, str, Place]:
@@ -99,29 +70,15 @@ class Added:
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """Names of the fitted numbers in the law, without switches and without numbers that only smooth a
-        corner.
-        """
+        """Names of the fitted numbers in the law, but for switches and numbers that only smooth a corner."""
         words = set(syntax.names(self.law))
         return tuple(name for name in (*self.amplitudes, *self.shapes) if name in words)
 
 
 def with_numbers(system: System, effects: Iterable[Added], values: Mapping[str, float]) -> System:
-    """Return a system whose effects have given values of their parameters and delays.
+    """Return a system whose effects have given values of their parameters and delays, in SI units.
 
     Slopes of laws beyond the data follow from the values.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.effects.input_delay import InputDelay
-        >>> from unmodelled.effects.place import Place
-        >>> from unmodelled.effects.scales import Scales
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> sizes = Scales({}, {}, {}, {}, period=0.001, duration=2.0)
-        >>> late = InputDelay().add(pendulum, Place("actuator", "torque"), sizes)
-        >>> with_numbers(late.system, [late], {"T_d_torque": 0.004}).inputs[0].delay
-        0.004
     """
     system = system.with_values(values)
     known = {symbol(p.name): sp.Float(p.value) for p in system.parameters}

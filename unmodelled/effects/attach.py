@@ -67,9 +67,7 @@ class _Parts:
 
     @property
     def _member(self) -> tuple[str, ...]:
-        """Name of the constant that is 1 in the experiments of the level, if the system has no such constant
-        yet.
-        """
+        """Name of the constant that is 1 in the experiments of the level, if the system lacks such a one."""
         factor = self.site.place.factor
         known = {constant.name for constant in self.site.system.operating_point}
         return () if factor is None or factor in known else (f"in_{factor}",)

@@ -1,17 +1,13 @@
 """Backlash (play) between a port and the body that it moves."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
-from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
+from unmodelled.effects.body_behind import BodyBehind
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric, relaxation
-from unmodelled.effects.known_terms import stiffness
 from unmodelled.effects.law import Fixed, Law, Memory, Shape, Told, positive, share
 from unmodelled.effects.place import Site
-from unmodelled.systems.model import Port, System
 
 #: Contact frequency, in radians per sample.
 _CONTACT = 0.3
@@ -67,18 +63,20 @@ class _BehindPlay(BodyBehind):
         return {"delta": _gap(at, _MANY)}, {"omega_b": Fixed("1/t", _CONTACT / at.period)}
 
 
-class MassBehindPlay(PartBehind, _BehindPlay):
+class MassBehindPlay(_BehindPlay):
     """Part of the known mass that is connected to the port with play."""
 
     variant = "mass"
     complexity = 4.0
+    is_part = True
 
 
-class LoadBehindPlay(LoadBehind, _BehindPlay):
+class LoadBehindPlay(_BehindPlay):
     """Additional mass that is connected to the port with play."""
 
     variant = "load"
     complexity = 4.2
+    is_part = False
 
 
 class PlayInSpring(PortEffect):
@@ -92,10 +90,7 @@ class PlayInSpring(PortEffect):
     family = "backlash"
     variant = "in_spring"
     complexity = 2.0
-    needs = ("position",)
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and stiffness(system, port) is not None
+    needs = ("position", "spring")
 
     def law(self, at: Site) -> Law:
         half = at["x"].half

@@ -1,26 +1,19 @@
 """Base class of the effects at a port that balances heat, fluid or charge."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
-from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.surroundings import TEMPERATURE, surroundings
+from unmodelled.effects.effect import Need, PortEffect
+from unmodelled.effects.surroundings import TEMPERATURE
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
 
 class BalanceEffect(PortEffect):
-    """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge.
+    """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge."""
 
-    Attributes:
-        warm: whether the law is one of temperatures (True), of all other levels (False), or of both (None,
-            the default).
-    """
-
-    needs = ("position",)
+    needs: ClassVar[tuple[Need, ...]] = ("position",)
     domains = ("balance",)
-    warm: ClassVar[bool | None] = None
+    warm: ClassVar[bool | None] = None  # of temperatures only, of other levels only, or of both
 
     def suits(self, system: System, port: Port) -> bool:
         units = {state.name: state.unit for state in system.states}
@@ -32,6 +25,4 @@ class ToKnownSurroundings(BalanceEffect):
     """Exchange with surroundings whose level the log or the system file gives."""
 
     variant = "to_known"
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and surroundings(system, port) is not None
+    needs = ("position", "surroundings")

@@ -1,8 +1,8 @@
 """Base class of the effects in a coil."""
 
-from __future__ import annotations
+from typing import ClassVar
 
-from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.effect import Need, PortEffect
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
@@ -10,7 +10,7 @@ from unmodelled.systems.units import parse_unit
 class CoilEffect(PortEffect):
     """Effort of a port whose effort is a voltage and whose velocity is a current."""
 
-    needs = ("velocity",)
+    needs: ClassVar[tuple[Need, ...]] = ("velocity",)
 
     def suits(self, system: System, port: Port) -> bool:
         states = {state.name: state.unit for state in system.states}

@@ -17,18 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Member:
-    """Membership of a group of experiments: 1 if their column has a given value, otherwise 0.
+    """Membership of a group of experiments: 1 if their column has a given value, otherwise 0."""
 
-    Attributes:
-        factor: name of the column of experiments.csv.
-        level: value of the column that marks the group.
-
-    Examples:
-        >>> Member("group", "warm")(pd.DataFrame({"group": ["cold", "warm"]})).tolist()
-        [0.0, 1.0]
-    """
-
-    factor: str
+    factor: str  # column of experiments.csv
     level: float | str
 
     def __call__(self, experiments: pd.DataFrame) -> Array:
@@ -39,12 +30,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Order:
-    """Number of the experiment, from 0 in the order of experiments.csv.
-
-    Examples:
-        >>> Order()(pd.DataFrame({"id": ["a", "b"]})).tolist()
-        [0.0, 1.0]
-    """
+    """Number of the experiment, from 0 in the order of experiments.csv."""
 
     def __call__(self, experiments: pd.DataFrame) -> Array:
         """Return the values for the table of n experiments, shape (n,)."""
@@ -76,11 +62,9 @@ L = TypeVar("L", bound=OperatingPoints)
 
 
 def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
-    """Return the logs with additional constants of the operating point.
+    """Return the logs with additional constants (n,) of the operating point.
 
     The states stay those of the system as it was; `prepare` estimates them anew.
-
-    Takes columns (n,).
     """
     values = {
         name: column(logs.experiments) if isinstance(column, Member | Order) else np.asarray(column)
@@ -95,15 +79,7 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
 
 
 def in_columns(system: System, constants: Sequence[Constant]) -> System:
-    """Return the system with some parameters turned into constants of the operating point.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> moved = in_columns(read_system(Path("systems/pendulum.yaml")), [Constant("b", "N m s/rad")])
-        >>> [p.name for p in moved.parameters], [c.name for c in moved.operating_point]
-        (['J', 'mgl'], ['b'])
-    """
+    """Return the system with some parameters turned into constants of the operating point."""
     names = [constant.name for constant in constants]
     kept = tuple(p for p in system.parameters if p.name not in names)
     return replace(system, parameters=kept, operating_point=(*system.operating_point, *constants))

@@ -1,7 +1,5 @@
 """Constant load."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site

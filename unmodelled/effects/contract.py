@@ -27,11 +27,7 @@ POINTS, ROUNDING = 40, 1e-9
 
 
 def check_effect(effect: Effect, system: System, place: Place, scales: Scales) -> Added:
-    """Return the system with an effect at a place, after checks of what every effect must keep.
-
-    At size zero it is absent, its numbers are parameters with units within bounds, and the system with it is
-    written and read back.
-    """
+    """Return the system with an effect, after checks of what every effect must keep."""
     try:
         added = effect.add(system, place, scales)
         _check_zero(added, system)

@@ -1,7 +1,5 @@
 """Dry friction independent of speed."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric
 from unmodelled.effects.law import Law, Shape, positive
@@ -22,14 +20,11 @@ class CoulombFriction(PortEffect):
         return Law("F_c*sign(v)", amplitudes, {"v_c": creep(at)}, robot=said)
 
 
-class GradualFriction(PortEffect):
+class GradualFriction(CoulombFriction):
     """Dry friction that rises gradually with speed, as in a contact of many asperities."""
 
-    family = "coulomb_friction"
     variant = "gradual"
     complexity = 1.8
-    needs = ("velocity",)
-    power = "lost"
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -38,14 +33,11 @@ class GradualFriction(PortEffect):
         return Law(f"F_c*{rise}", {"F_c": positive(rise, at.effort)}, {"v_g": shape})
 
 
-class CoulombFrictionByDirection(PortEffect):
+class CoulombFrictionByDirection(CoulombFriction):
     """Dry friction with another magnitude in each direction."""
 
-    family = "coulomb_friction"
     variant = "by_direction"
     complexity = 2.5
-    needs = ("velocity",)
-    power = "lost"
 
     def law(self, at: Site) -> Law:
         amplitudes = {

@@ -1,9 +1,5 @@
 """Base class of the delays of inputs and outputs."""
 
-from __future__ import annotations
-
-from typing import ClassVar
-
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.naming import fresh
@@ -18,16 +14,9 @@ _LONGEST = 0.2
 
 
 class Delay(Effect):
-    """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`).
-
-    Attributes:
-        name: start of the name of the delay.
-        law: format of the law, with the delayed signal and the name of the delay.
-    """
+    """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`)."""
 
     complexity = 2.0
-    name: ClassVar[str]
-    law: ClassVar[str]
 
     def add(self, system: System, place: Place, scales: Scales) -> Added:
         items = system.inputs if place.kind == "actuator" else system.outputs
@@ -36,7 +25,7 @@ class Delay(Effect):
         if place.name not in {item.name for item in items}:
             raise KeyError(place.name)
         # no parameter of the system tells which names of delays are taken: each has that of its place
-        own = f"{self.name}_{place.name}"
+        own = f"T_d_{place.name}"
         name = fresh(system, [own], place.name)[own]
         longest = max(_LONGEST * scales.duration, scales.period)
         grid = tuple(k * scales.period for k in _PERIODS if k * scales.period <= longest)
@@ -45,7 +34,7 @@ class Delay(Effect):
             self.variant,
             place,
             system,
-            law=self.law.format(place.name, name),
+            law=f"{place.name}(t - {name})",
             shapes={name: grid},
             bounds={name: (0.0, longest)},
             scales={name: scales.period},

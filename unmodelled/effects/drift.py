@@ -1,7 +1,5 @@
 """Drift of a parameter or load, along an experiment or from one experiment to the next."""
 
-from __future__ import annotations
-
 from abc import ABC
 
 from unmodelled.effects.columns import Order
@@ -62,21 +60,17 @@ class ParameterDriftThatSettles(DriftAlongExperiments):
     complexity = 3.2
 
     def law(self, at: Site) -> Law:
-        change = f"{at.place.name}_change"
+        change, span = f"{at.place.name}_change", at.duration
         warm = "(1 - exp(-rho*experiment_number - t/T_w))"
         return Law(
             f"p + {change}*{warm}",
             {change: signed(warm, 0.1 * at["p"].rms)},
             {
                 "rho": Shape("1", (0.1, 0.5, 2.0), (0.0, 3.0)),
-                "T_w": Shape("t", geometric(0.5 * at.duration, 20.0 * at.duration, 3), _times(at)),
+                "T_w": Shape("t", geometric(0.5 * span, 20.0 * span, 3), (0.25 * span, 1e3 * span)),
             },
             columns={"experiment_number": Order()},
         )
-
-
-def _times(at: Site) -> tuple[float, float]:
-    return 0.25 * at.duration, 1e3 * at.duration
 
 
 class LoadDrift(PortEffect):

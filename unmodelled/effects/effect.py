@@ -3,24 +3,41 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from typing import ClassVar, Literal
 
 from unmodelled.effects.added import Added
 from unmodelled.effects.attach import attached
+from unmodelled.effects.known_terms import stiffness
 from unmodelled.effects.law import Law
+from unmodelled.effects.load import carries
+from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, Site, site
 from unmodelled.effects.scales import Scales
+from unmodelled.effects.surroundings import surroundings
 from unmodelled.systems.model import Domain, Port, System
 
 #: What an effort does with the power that it takes out of the system: it loses it at every moment, or over a
 #: cycle of its position, or gives all of it back over a cycle.
 Power = Literal["lost", "lost over a cycle", "stored"]
+#: What a law can need of a port: a coordinate, a mass that it feels, a load, a spring of the known physics
+#: beside it, or a known level of its surroundings.
+Need = Literal["position", "velocity", "mass", "load", "spring", "surroundings"]
+_GIVEN: Mapping[Need, Callable[[System, Port], bool]] = {
+    "position": lambda system, port: port.position is not None,
+    "velocity": lambda system, port: port.velocity is not None,
+    "mass": is_inertial,
+    "load": carries,
+    "spring": lambda system, port: stiffness(system, port) is not None,
+    "surroundings": lambda system, port: surroundings(system, port) is not None,
+}
 
 
 class Effect(ABC):
     """Effect that a model can leave out; stateless.
 
-    Every class of this package without abstract methods that takes no arguments is in the library.
+    Every class of this package without abstract methods that takes no arguments is in the library, unless its
+    name begins with an underscore.
 
     Attributes:
         family: name of the family in a diagnosis.
@@ -91,12 +108,12 @@ class PortEffect(LawEffect):
     """Effort on a port; positive if it takes power out of the system.
 
     Attributes:
-        needs: coordinates that the port must have; default none.
+        needs: properties that the port must have for the law; default none.
         power: whether the effort loses or stores energy; None (default) if that depends on the motion.
         domains: kinds of ports (see `Port`) that the law makes sense for; default those of mechanics.
     """
 
-    needs: ClassVar[tuple[Literal["position", "velocity"], ...]] = ()
+    needs: ClassVar[tuple[Need, ...]] = ()
     power: ClassVar[Power | None] = None
     domains: ClassVar[tuple[Domain, ...]] = ("power",)
 
@@ -110,8 +127,7 @@ class PortEffect(LawEffect):
         Returns:
             True if the port has all that the law needs.
         """
-        has_all = all(getattr(port, coordinate) is not None for coordinate in self.needs)
-        return has_all and port.domain in self.domains
+        return port.domain in self.domains and all(_GIVEN[need](system, port) for need in self.needs)
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("port", port.name) for port in system.ports if self.suits(system, port))

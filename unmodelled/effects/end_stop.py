@@ -1,8 +1,6 @@
 """End stops of the travel."""
 
-from __future__ import annotations
-
-from abc import abstractmethod
+from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Fixed, Law, Shape, positive
@@ -22,11 +20,7 @@ class _EndStop(PortEffect):
     family = "end_stop"
     needs = ("position", "velocity")
     power = "lost over a cycle"
-
-    @property
-    @abstractmethod
-    def ends(self) -> tuple[str, ...]:
-        """Names of the positions where the contact begins."""
+    ends: ClassVar[tuple[str, ...]]  # names of the positions where the contact begins
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
@@ -52,10 +46,7 @@ class UpperStop(_EndStop):
 
     variant = "upper"
     complexity = 3.0
-
-    @property
-    def ends(self) -> tuple[str, ...]:
-        return ("x_h",)
+    ends = ("x_h",)
 
 
 class LowerStop(_EndStop):
@@ -63,10 +54,7 @@ class LowerStop(_EndStop):
 
     variant = "lower"
     complexity = 3.0
-
-    @property
-    def ends(self) -> tuple[str, ...]:
-        return ("x_l",)
+    ends = ("x_l",)
 
 
 class BothStops(_EndStop):
@@ -74,7 +62,4 @@ class BothStops(_EndStop):
 
     variant = "both"
     complexity = 4.0
-
-    @property
-    def ends(self) -> tuple[str, ...]:
-        return ("x_l", "x_h")
+    ends = ("x_l", "x_h")

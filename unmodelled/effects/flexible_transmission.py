@@ -1,13 +1,11 @@
 """Flexible transmission: a shaft, belt or joint that twists between a port and the body that it moves."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
-from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
+from unmodelled.effects.body_behind import BodyBehind
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Fixed, Shape, Told
 from unmodelled.effects.place import Site
@@ -37,15 +35,17 @@ class _OnSpring(BodyBehind):
         }, {}
 
 
-class PartOnSpring(PartBehind, _OnSpring):
+class PartOnSpring(_OnSpring):
     """Part of the known mass on a spring with damping, such as the load behind an elastic shaft."""
 
     variant = "part"
     complexity = 3.5
+    is_part = True
 
 
-class LoadOnSpring(LoadBehind, _OnSpring):
+class LoadOnSpring(_OnSpring):
     """Additional mass on a spring with damping."""
 
     variant = "load"
     complexity = 3.7
+    is_part = False

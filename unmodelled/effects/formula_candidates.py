@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -16,35 +16,30 @@ HIGHEST_POWER, HIGHEST_HARMONIC = 5, 4
 class Motion(Enum):
     """Function of the velocity v in a term.
 
-    NONE: 1. VISCOUS: v. QUADRATIC: v |v|. CUBIC: v^3. DRY (dry friction): sign(v) or tanh(v / jump). PEAK
-    (Stribeck peak): the same times exp(-(v / fade)^2).
+    DRY (dry friction) is sign(v) or tanh(v / jump), PEAK (Stribeck peak) the same times exp(-(v / fade)^2).
     """
 
     NONE, VISCOUS, QUADRATIC, CUBIC, DRY, PEAK = range(6)
 
 
+#: The functions of v alone, and their factors as text.
+_PLAIN: Mapping[Motion, tuple[Callable[[Array], Array], tuple[str, ...]]] = {
+    Motion.NONE: (np.ones_like, ()),
+    Motion.VISCOUS: (lambda v: v, ("{v}",)),
+    Motion.QUADRATIC: (lambda v: v * np.abs(v), ("{v}", "abs({v})")),
+    Motion.CUBIC: (lambda v: v**3, ("{v}**3",)),
+}
+
+
 @dataclass(frozen=True)
 class Term:
-    """Term of a force law, without its coefficient.
-
-    Attributes:
-        motion: function of the velocity; default none.
-        power: power of the position; default 0.
-        harmonic: k of sin(k x), or -k of cos(k x), instead of the power; default 0: no harmonic.
-        jump: velocity scale of dry friction; default 0: sign(v).
-        fade: velocity scale of a Stribeck peak; default 0: no peak.
-
-    Examples:
-        >>> term = Term(Motion.VISCOUS, power=1)
-        >>> term.text("x", "v"), term(np.array([2.0]), np.array([3.0])).tolist()
-        ('x*v', [6.0])
-    """
+    """Term of a force law, without its coefficient."""
 
     motion: Motion = Motion.NONE
-    power: int = 0
-    harmonic: int = 0
-    jump: float = 0.0
-    fade: float = 0.0
+    power: int = 0  # of the position
+    harmonic: int = 0  # k of sin(k x), or -k of cos(k x), instead of the power
+    jump: float = 0.0  # velocity scale of dry friction; 0: sign(v)
+    fade: float = 0.0  # velocity scale of a Stribeck peak; 0: no peak
 
     def __call__(self, position: Array, velocity: Array) -> Array:
         """Return the values of the term at positions and velocities of one shape."""
@@ -73,28 +68,14 @@ class Term:
         return [x if self.power == 1 else f"{x}**{self.power}"] if self.power else []
 
     def _during(self, v: Array) -> Array:
-        match self.motion:
-            case Motion.NONE:
-                return np.ones_like(v)
-            case Motion.VISCOUS:
-                return v
-            case Motion.QUADRATIC:
-                return v * np.abs(v)
-            case Motion.CUBIC:
-                return v**3
+        if self.motion in _PLAIN:
+            return _PLAIN[self.motion][0](v)
         jump = np.tanh(v / self.jump) if self.jump else np.sign(v)
         return jump if self.motion is Motion.DRY else jump * np.exp(-((v / self.fade) ** 2))
 
     def _during_text(self, v: str, jump: str, fade: str) -> list[str]:
-        match self.motion:
-            case Motion.NONE:
-                return []
-            case Motion.VISCOUS:
-                return [v]
-            case Motion.QUADRATIC:
-                return [v, f"abs({v})"]
-            case Motion.CUBIC:
-                return [f"{v}**3"]
+        if self.motion in _PLAIN:
+            return [factor.format(v=v) for factor in _PLAIN[self.motion][1]]
         step = f"tanh({v}/{jump})" if self.jump else f"sign({v})"
         return [step] if self.motion is Motion.DRY else [step, f"exp(-({v}/{fade})**2)"]
 
@@ -111,14 +92,10 @@ def short_number(value: float) -> str:
 
 
 def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: bool = False) -> list[Term]:
-    """Return all candidate terms for one velocity scale of dry friction.
+    """Return all candidate terms for one velocity scale of dry friction; their order does not depend on it.
 
     They are a constant load, powers of the position, damping and dry friction (constant or proportional to
-    the position), and Stribeck peaks. Their order does not depend on `jump`.
-
-    Examples:
-        >>> [term.text("x", "v") for term in candidates(0.0, [], angle=True, turns=True)[:4]]
-        ['1', 'v', 'sign(v)', 'v*abs(v)']
+    the position), and Stribeck peaks.
     """
     springs = [Term(power=power) for power in range(1 if turns else HIGHEST_POWER + 1)]
     powers = (0,) if turns else (0, 1)
@@ -136,10 +113,7 @@ def compatible(terms: Sequence[Term]) -> bool:
 
 
 def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array:
-    """Evaluate terms at positions and velocities.
-
-    Takes position (...), velocity (...); gives (..., k).
-    """
+    """Evaluate terms at positions and velocities (...), (..., k)."""
     if not terms:
         return np.empty((*position.shape, 0))
     return np.stack([term(position, velocity) for term in terms], axis=-1)

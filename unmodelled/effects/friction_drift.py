@@ -1,7 +1,5 @@
 """Friction that changes with the time of running."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Fixed, Law, signed

@@ -1,7 +1,5 @@
 """Weight of a body that turns about an axis off its centre of gravity."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site

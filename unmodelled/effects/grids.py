@@ -14,22 +14,12 @@ LEAST_CREEP = 1e-3
 
 
 def geometric(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Return a geometric series of starting values, rounded to three digits.
-
-    Examples:
-        >>> geometric(1.0, 100.0, 3)
-        (1.0, 10.0, 100.0)
-    """
+    """Return a geometric series of starting values, rounded to three digits."""
     return tuple(neat(value) for value in np.geomspace(low, max(high, 1.1 * low), count))
 
 
 def inside(low: float, high: float, count: int) -> tuple[float, ...]:
-    """Return equidistant values within an interval, without its ends.
-
-    Examples:
-        >>> inside(0.0, 1.0, 3)
-        (0.25, 0.5, 0.75)
-    """
+    """Return equidistant values within an interval, without its ends."""
     return tuple(np.linspace(low, high, count + 2)[1:-1].tolist())
 
 
@@ -44,9 +34,7 @@ def creep(at: Site) -> Shape:
 
 
 def presliding(at: Site) -> Shape:
-    """Return distances over which friction builds up, from two samples of motion to a fifth of the half
-    travel.
-    """
+    """Return distances over which friction builds up, from two samples to a fifth of the half travel."""
     step = 2.0 * at["v"].rms * at.period
     travel = at["x"].half if "x" in at else at["v"].rms * at.duration
     grid = geometric(step, max(0.2 * travel, 10.0 * step), 4)

@@ -1,8 +1,6 @@
 """Presliding friction, which builds up over a distance and so has a memory."""
 
-from __future__ import annotations
-
-from abc import abstractmethod
+from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import geometric, presliding, relaxation
@@ -23,14 +21,11 @@ class _Hysteresis(PortEffect):
     family = "hysteresis"
     needs = ("velocity",)
     power = "lost over a cycle"
-
-    @abstractmethod
-    def build_up(self) -> str:
-        """Return dz/dt times the distance, as an expression."""
+    build_up: ClassVar[str]  # dz/dt times the distance
 
     def rate(self) -> str:
         """Return dz/dt as an expression; by default it relaxes within one sampling period."""
-        return f"({self.build_up()})/(x_h + tau*abs(v))"
+        return f"({self.build_up})/(x_h + tau*abs(v))"
 
     def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
         """Return further amplitudes and shapes; none by default."""
@@ -40,7 +35,7 @@ class _Hysteresis(PortEffect):
         amplitudes, shapes = self.further(at)
         more = "".join(f" + {name}*({amplitude.adds})" for name, amplitude in amplitudes.items())
         return Law(
-            f"F_h*z{more}, x_h*d(z)/dt = {self.build_up()}",
+            f"F_h*z{more}, x_h*d(z)/dt = {self.build_up}",
             {"F_h": positive("z", at.effort), **amplitudes},
             {"x_h": presliding(at), **shapes},
             {"tau": relaxation(at)},
@@ -53,9 +48,7 @@ class Dahl(_Hysteresis):
 
     variant = "dahl"
     complexity = 3.0
-
-    def build_up(self) -> str:
-        return "v - abs(v)*z"
+    build_up = "v - abs(v)*z"
 
 
 class BoucWen(_Hysteresis):
@@ -67,9 +60,7 @@ class BoucWen(_Hysteresis):
 
     variant = "bouc_wen"
     complexity = 4.0
-
-    def build_up(self) -> str:
-        return "v - b_h*abs(v)*z*abs(z)**(n_h - 1) - (1 - b_h)*v*abs(z)**n_h"
+    build_up = "v - b_h*abs(v)*z*abs(z)**(n_h - 1) - (1 - b_h)*v*abs(z)**n_h"
 
     def rate(self) -> str:
         # z**2 plus a small number, because a power of zero has no derivative by n_h; n_h in the denominator,
@@ -87,13 +78,11 @@ class LuGre(_Hysteresis):
 
     variant = "lugre"
     complexity = 5.0
-
-    def build_up(self) -> str:
-        return "v - abs(v)*z/(1 + s_b*exp(-(v/v_s)**2))"
+    build_up = "v - abs(v)*z/(1 + s_b*exp(-(v/v_s)**2))"
 
     def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
         speed = at["v"].rms
-        damping = f"x_h*({self.build_up()})/(x_h + tau*abs(v))"
+        damping = f"x_h*({self.build_up})/(x_h + tau*abs(v))"
         shapes = {
             "s_b": Shape("1", (0.5,), (0.0, 5.0)),
             "v_s": Shape("v", geometric(0.02 * speed, 0.5 * speed, 3), (1e-3 * speed, 5.0 * speed)),

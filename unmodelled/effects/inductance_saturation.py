@@ -1,30 +1,21 @@
 """Saturation of the iron core of a coil."""
 
-from __future__ import annotations
-
 from unmodelled.effects.coil import CoilEffect
 from unmodelled.effects.grids import inside
 from unmodelled.effects.law import Amplitude, Law, Shape
-from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Site
-from unmodelled.systems.model import Port, System
 
 #: Of the inductance that the port feels: how much of it may vanish at high currents.
 _MOST = 0.95
 
 
 class InductanceSaturation(CoilEffect):
-    """Inductance that falls with the current, from its value in the system file to less.
-
-    The port's effort is a voltage and its velocity a current.
-    """
+    """Inductance that falls with the current, from its value in the system file to less."""
 
     family = "inductance_saturation"
     complexity = 2.5
+    needs = ("velocity", "mass")
     power = "stored"
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and is_inertial(system, port)
 
     def law(self, at: Site) -> Law:
         inductance, most = 1.0 / at.mobility, max(abs(at["v"].low), at["v"].high)

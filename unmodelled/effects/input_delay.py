@@ -1,7 +1,5 @@
 """Delay of an input."""
 
-from __future__ import annotations
-
 from unmodelled.effects.delay import Delay
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
@@ -11,8 +9,6 @@ class InputDelay(Delay):
     """Constant delay between the logged input and its action."""
 
     family = "input_delay"
-    name = "T_d"
-    law = "{0}(t - {1})"
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("actuator", item.name) for item in system.inputs)

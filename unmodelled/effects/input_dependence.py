@@ -1,7 +1,5 @@
 """Dependence on a logged input that the known physics does not use: a fan, the sun, the oil's temperature."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ParameterEffect, PortEffect
 from unmodelled.effects.law import Fixed, Law, signed
 from unmodelled.effects.place import Place, Site
@@ -9,14 +7,7 @@ from unmodelled.systems.model import System, symbol
 
 
 def unused_inputs(system: System) -> tuple[str, ...]:
-    """Return the inputs on which no equation of a system depends.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> unused_inputs(read_system(Path("systems/pendulum.yaml")))
-        ()
-    """
+    """Return the inputs on which no equation of a system depends."""
     equations = [*system.closed, *(o.expression for o in system.outputs), *(s.initial for s in system.states)]
     used = set[object]().union(*(equation.free_symbols for equation in equations))
     return tuple(item.name for item in system.inputs if symbol(item.name) not in used)

@@ -20,18 +20,11 @@ _POINTS, _ALIKE = 32, 1e-9
 
 
 def driven_port(system: System, item: Input) -> tuple[Port, int] | None:
-    """Return the port that an input drives.
+    """Return the port that an input drives, and the sign of the drive against the port's effort.
 
     An input drives a port if it acts on all rates in proportion to the effort of the port: the torque at a
     joint or the current of a motor does, the voltage of a motor whose current is a state does not. A set
     point of the port's position is no drive.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> hoist = read_system(Path("systems/withheld/hoist.yaml"))
-        >>> driven_port(hoist, hoist.inputs[0])[0].name
-        'rail'
     """
     states = {state.name: state.unit for state in system.states}
     pairs = {
@@ -52,13 +45,6 @@ def stiffness(system: System, port: Port) -> sp.Expr | None:
     """Return the stiffness of a spring of the known physics that acts where the effort of a port acts.
 
     Only for an effort on at least two bodies: what holds a single body at a position may be a servo as well.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> coupling = read_system(Path("systems/coupling.yaml"))
-        >>> stiffness(coupling, coupling.port("shaft"))
-        k
     """
     if port.position is None or port.domain != "power":
         return None

@@ -20,12 +20,7 @@ GROUP = "unmodelled.laws"
 
 @cache
 def effects() -> tuple[Effect, ...]:
-    """Return one object of each effect, the simplest first.
-
-    Examples:
-        >>> [effect.family for effect in effects()][:2]
-        ['actuator_gain', 'actuator_offset']
-    """
+    """Return one object of each effect, the simplest first."""
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
@@ -43,8 +38,9 @@ def _of_packages(families: set[str]) -> Iterator[Effect]:
 
 
 def _makes_one(kind: type[Effect]) -> bool:
-    """Whether a class is an effect by itself: neither abstract, nor made of what a user gives."""
-    return not inspect.isabstract(kind) and not inspect.signature(kind).parameters
+    """Whether a class is an effect by itself: neither a base of others, nor made of what a user gives."""
+    is_base = inspect.isabstract(kind) or kind.__name__.startswith("_")
+    return not is_base and not inspect.signature(kind).parameters
 
 
 def _below(kind: type[Any]) -> Iterator[type[Any]]:

@@ -1,7 +1,5 @@
 """Loss in proportion to a level: heat through a wall, a leak, a leakage current."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
 from unmodelled.effects.law import Law, Shape, Told, positive
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Linear spring."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site
@@ -22,14 +20,11 @@ class LinearSpring(PortEffect):
         return Law("k*x", {"k": signed("x", at.effort / at["x"].rms)}, robot=_SAID)
 
 
-class PreloadedSpring(PortEffect):
+class PreloadedSpring(LinearSpring):
     """Spring with a force F_0 at position zero."""
 
-    family = "linear_spring"
     variant = "preloaded"
     complexity = 2.0
-    needs = ("position",)
-    power = "stored"
 
     def law(self, at: Site) -> Law:
         amplitudes = {"k": signed("x", at.effort / at["x"].rms), "F_0": signed("1", at.effort)}

@@ -15,15 +15,7 @@ LINE = 200
 
 
 def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
-    """Return the load of a port: what the port names as its load, or else the effort of the inputs on it.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> hoist = read_system(Path("systems/withheld/hoist.yaml"))
-        >>> load(hoist, hoist.port("rail"))
-        ('kf*u', kf*u)
-    """
+    """Return the load of a port: what the port names as its load, or else the effort of the inputs on it."""
     if port.load is not None:
         return port.load, system.expression(port.load)
     drive = _drive(system, port)

@@ -1,13 +1,9 @@
 """Dry friction that grows with the effort that a gear, a screw or a guide transmits."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Law
-from unmodelled.effects.load import carries
 from unmodelled.effects.place import Site
-from unmodelled.systems.model import Port, System
 
 #: Largest share of the load that friction takes: with friction as large as the load, nothing would move.
 MOST = 0.9
@@ -17,11 +13,8 @@ class OfLoad(PortEffect):
     """Friction at a port whose load is known."""
 
     family = "load_friction"
-    needs = ("velocity",)
+    needs = ("velocity", "load")
     power = "lost"
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and carries(system, port)
 
 
 def _of_load(at: Site, adds: str) -> Amplitude:

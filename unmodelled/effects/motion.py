@@ -23,16 +23,7 @@ def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Exp
 
 
 def mobility(system: System, port: Port) -> sp.Expr:
-    """Return the derivative of a port's acceleration by its effort: minus one over the mass that the port
-    feels.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> mobility(pendulum, pendulum.port("joint"))
-        -1/J
-    """
+    """Return the derivative of a port's acceleration by its effort: minus one over the mass that it feels."""
     if port.velocity is None:
         return sp.S.Zero
     return _mobility(system.expression(port.velocity), system.x, system.dynamics, symbol(port.effort))

@@ -1,7 +1,5 @@
 """Loss that is any smooth function of a level."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect
 from unmodelled.effects.grids import polynomial
 from unmodelled.effects.law import Law

@@ -1,8 +1,6 @@
 """Nonlinear springs."""
 
-from __future__ import annotations
-
-from abc import abstractmethod
+from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import geometric, inside, polynomial
@@ -42,11 +40,8 @@ class _OneSided(_Spring):
     """Spring in contact beyond a position: linear for n = 1, stiffer with depth for n > 1."""
 
     complexity = 2.9
-
-    @property
-    @abstractmethod
-    def touched(self) -> tuple[str, str]:
-        """Sign of the force, and the depth of contact in tenths of the half travel."""
+    sign: ClassVar[str]  # of the force
+    depth: ClassVar[str]  # of the contact, in tenths of the half travel
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
@@ -54,8 +49,7 @@ class _OneSided(_Spring):
             "x_0": Shape("x", inside(low, high, 5), (low - half, high + half)),
             "n": Shape("1", (1.1,), (1.0, 3.0)),
         }
-        sign, depth = self.touched
-        adds = f"({sign}({depth})**n)"
+        adds = f"({self.sign}({self.depth})**n)"
         return Law(f"F_s*{adds}", {"F_s": positive(adds, at.effort)}, shapes, {"x_d": Fixed("x", 0.1 * half)})
 
 
@@ -63,20 +57,14 @@ class OneSidedSpringAbove(_OneSided):
     """Spring in contact above a position."""
 
     variant = "one_sided_above"
-
-    @property
-    def touched(self) -> tuple[str, str]:
-        return "", "max(x - x_0, 0)/x_d"
+    sign, depth = "", "max(x - x_0, 0)/x_d"
 
 
 class OneSidedSpringBelow(_OneSided):
     """Spring in contact below a position."""
 
     variant = "one_sided_below"
-
-    @property
-    def touched(self) -> tuple[str, str]:
-        return "-", "max(x_0 - x, 0)/x_d"
+    sign, depth = "-", "max(x_0 - x, 0)/x_d"
 
 
 class SpringWithPlay(_Spring):

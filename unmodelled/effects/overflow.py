@@ -1,7 +1,5 @@
 """Overflow: what leaves above a level."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect
 from unmodelled.effects.grids import inside
 from unmodelled.effects.law import Law, Shape, Told, positive

@@ -46,23 +46,14 @@ LINEAR, OTHER = 1.0, 0.5
 
 @dataclass(frozen=True)
 class Number:
-    """Number of a law.
-
-    Attributes:
-        unit: its unit.
-        plausible: plausible magnitude, positive, in this unit.
-        low: lowest value, in this unit; default: 1000 times the plausible size below zero, or a
-            thousandth of it where the law is not linear in the number.
-        high: highest value, in this unit; default: 1000 times the plausible size.
-        like: expression in local names that has the same unit, such as "v", if the law is not linear in the
-            number; default "": it is, and is absent where the number is zero.
-    """
+    """Number of a law."""
 
     unit: str
-    plausible: float
+    plausible: float  # magnitude in this unit, positive
+    #: In this unit; default: -1000 times the plausible size, or a thousandth of it with `like`.
     low: float | None = None
-    high: float | None = None
-    like: str = ""
+    high: float | None = None  # in this unit; default: 1000 times the plausible size
+    like: str = ""  # local expression of its unit, such as "v", if the law is not linear in the number
 
     @property
     def bounds(self) -> tuple[float, float]:

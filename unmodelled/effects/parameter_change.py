@@ -1,7 +1,5 @@
 """Parameter that has another value at one level of a factor: a load at the flange, an oil, a repair."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ParameterEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Number of the file that is wrong, though the file does not mark it as uncertain."""
 
-from __future__ import annotations
-
 from unmodelled.base.wording import amounts
 from unmodelled.effects.effect import ParameterEffect
 from unmodelled.effects.law import Amplitude, Law, Told

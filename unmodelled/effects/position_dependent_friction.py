@@ -1,7 +1,5 @@
 """Friction that depends on position, as of a bent guide, a tight spot or an eccentric seal."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from math import pi
 from typing import ClassVar

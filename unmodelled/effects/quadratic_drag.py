@@ -1,7 +1,5 @@
 """Drag of a turbulent fluid."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, positive
 from unmodelled.effects.place import Site

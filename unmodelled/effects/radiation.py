@@ -1,7 +1,5 @@
 """Heat radiation."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
 from unmodelled.effects.law import Law, Shape, positive
 from unmodelled.effects.linear_loss import AROUND, SURROUNDINGS

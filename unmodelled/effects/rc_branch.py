@@ -1,7 +1,5 @@
 """Slow part of an output on which an input acts directly: an RC branch, the polarisation of a battery."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, signed

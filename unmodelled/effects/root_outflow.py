@@ -1,7 +1,5 @@
 """Outflow through an opening: its speed grows with the square root of the level (Torricelli)."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect
 from unmodelled.effects.law import Fixed, Law, positive
 from unmodelled.effects.place import Site

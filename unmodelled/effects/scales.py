@@ -27,18 +27,7 @@ _TINY = 1e-12
 
 @dataclass(frozen=True)
 class Spread:
-    """Range and root mean square of a quantity.
-
-    Attributes:
-        low: smallest value, in SI units.
-        high: largest value, in SI units.
-        rms: root mean square, in SI units, positive.
-
-    Examples:
-        >>> spread = Spread.of(np.array([3.0, -4.0, np.nan]))
-        >>> spread.low, spread.high, round(spread.rms, 3), spread.half
-        (-4.0, 3.0, 3.536, 3.5)
-    """
+    """Range and root mean square of a quantity, in SI units; the root mean square is positive."""
 
     low: float
     high: float
@@ -46,10 +35,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: Array) -> Spread:
-        """Compute the range and root mean square of an array.
-
-        Takes values (any shape).
-        """
+        """Compute the range and root mean square of an array of any shape (...)."""
         finite = values[np.isfinite(values)]
         if not len(finite):
             return cls(0.0, 0.0, _TINY)
@@ -65,53 +51,41 @@ class Spread:
         """Half the difference between the largest and the smallest value, positive."""
         return max(0.5 * (self.high - self.low), _TINY)
 
+    @property
+    def largest(self) -> float:
+        """Largest magnitude, not less than the root mean square."""
+        return max(abs(self.low), abs(self.high), self.rms)
+
 
 @dataclass(frozen=True)
 class Load:
-    """Load of a port of the known physics, see `load`.
+    """Load of a port of the known physics, see `load`."""
 
-    Attributes:
-        text: load in names of the system file.
-        expression: the same as an expression, in the unit of the effort.
-        spread: its range.
-    """
-
-    text: str
-    expression: sp.Expr
+    text: str  # in names of the system file
+    expression: sp.Expr  # in the unit of the effort
     spread: Spread
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Magnitudes of the quantities of a system in the logs, in SI units.
+    """Magnitudes of the quantities of a system in the logs, in SI units."""
 
-    Attributes:
-        of: range of each state, input, signal, constant and parameter by name.
-        outputs: range of each output by name.
-        effort: root mean square of the effort that the known physics lacks, by port.
-        mobility: largest magnitude of the derivative of the port's acceleration by its effort, by port.
-        period: sampling period in s.
-        duration: duration of the longest experiment in s.
-        loads: load of each port that has one.
-        moving: root mean square of all effort that moves a port, by port.
-    """
-
-    of: Mapping[str, Spread]
+    of: Mapping[str, Spread]  # of each state, input, signal, constant and parameter
     outputs: Mapping[str, Spread]
-    effort: Mapping[str, float]
-    mobility: Mapping[str, float]
-    period: float
-    duration: float
-    loads: Mapping[str, Load] = field(default_factory=dict)
-    moving: Mapping[str, float] = field(default_factory=dict)
+    effort: Mapping[str, float]  # root mean square that the known physics lacks, by port
+    mobility: Mapping[str, float]  # largest acceleration per effort, by port
+    period: float  # sampling period, s
+    duration: float  # of the longest experiment, s
+    loads: Mapping[str, Load] = field(default_factory=dict)  # of the ports that have one
+    moving: Mapping[str, float] = field(default_factory=dict)  # root mean square of all effort, by port
 
     @classmethod
     def measured(
         cls, system: System, period: float, offsets: NDArray[np.int64], t: Array, x: Array, u: Array, c: Array
     ) -> Scales:
-        """Compute the magnitudes from n experiments on one clock.
+        """Compute the magnitudes from n experiments on one clock, whose first rows are `offsets` (n + 1,).
 
-        Takes offsets (n + 1,), t (M,), x (M, states), u (M, inputs), c (n, constants).
+        Takes t (M,), x (M, states), u (M, inputs), c (n, constants).
         """
         samples = _Samples(system, period, offsets, t, x, u, c)
         names = [*(s.name for s in system.states), *(i.name for i in system.inputs)]

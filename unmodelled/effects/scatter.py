@@ -1,7 +1,5 @@
 """Scatter of a parameter, of the gain of an actuator, or of dry friction between experiments (chapter 3)."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import ActuatorEffect, ParameterEffect, PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Fixed, Law

@@ -1,7 +1,5 @@
 """Resistance of a winding that grows as its current heats it."""
 
-from __future__ import annotations
-
 from unmodelled.effects.coil import CoilEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, positive

@@ -1,7 +1,5 @@
 """Delay of a sensor."""
 
-from __future__ import annotations
-
 from unmodelled.effects.delay import Delay
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
@@ -11,8 +9,6 @@ class SensorDelay(Delay):
     """Constant delay between a quantity and its log."""
 
     family = "sensor_delay"
-    name = "T_d"
-    law = "{0}(t - {1})"
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("sensor", item.name) for item in system.outputs)

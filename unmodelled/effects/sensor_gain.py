@@ -1,7 +1,5 @@
 """Gain error of a sensor."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Lag of a sensor: a low-pass filter between a quantity and its log."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, share

@@ -1,7 +1,5 @@
 """Offset of a sensor."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site

@@ -1,7 +1,5 @@
 """Exchange with a store behind a balance: the walls of a house, a second vessel, slow charge of a battery."""
 
-from __future__ import annotations
-
 from unmodelled.effects.balance import BalanceEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, positive

@@ -1,7 +1,5 @@
 """Stribeck friction: dry friction that falls with speed from breakaway to a lower level."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric
 from unmodelled.effects.law import Law, Shape, positive

@@ -21,13 +21,6 @@ def surroundings(
     An input may if it has the unit of the level, which must have one. An input that the known physics of this
     level does not use goes before those that it uses. Where there is no such input, a temperature may also be
     given by a constant of the operating point or by a parameter.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> room = read_system(Path("tests/physics/effects/room.yaml"))
-        >>> surroundings(room, room.ports[0]).name
-        'T_out'
     """
     levels = [k for k, state in enumerate(system.states) if state.name == port.position]
     if not levels:

@@ -15,28 +15,17 @@ PLAIN = Told()
 
 @dataclass(frozen=True)
 class Said:
-    """A number of an effect as a person says it.
+    """A number of an effect as a person says it."""
 
-    Attributes:
-        symbol: the said number in terms of the law's, such as "2*delta".
-        words: name of the trade, such as "play from stop to stop"; "" where the symbol says all.
-        values: said values, in `unit`.
-        unit: unit of the said values.
-        whole: value of which the said one is a part, in `unit`; None if there is none.
-    """
-
-    symbol: str
-    words: str
-    values: tuple[float, ...]
+    symbol: str  # the said number in terms of the law's, such as "2*delta"
+    words: str  # of the trade; "" where the symbol says all
+    values: tuple[float, ...]  # in `unit`
     unit: str
-    whole: float | None = None
+    whole: float | None = None  # value of which the said one is a part, in `unit`
 
 
 def said(added: Added, name: str, values: Sequence[float]) -> Said:
-    """Return values of a number of an effect as a person says them.
-
-    Takes values in SI.
-    """
+    """Return values, given in SI units, of a number of an effect as a person says them."""
     told, unit = added.told.get(name, PLAIN), LoggedUnit(added.units[name], 1.0, 0.0)
     if told.unit:
         unit = LoggedUnit(told.unit, 1.0, 0.0)

@@ -1,7 +1,5 @@
 """Ripple over position, as of cogging, eccentricity or gear mesh."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import waves
 from unmodelled.effects.law import Law, Shape, signed
@@ -26,14 +24,11 @@ class TorqueRipple(PortEffect):
         return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
 
 
-class TorqueRippleWithOvertones(PortEffect):
+class TorqueRippleWithOvertones(TorqueRipple):
     """Sine wave over position with its second and third harmonic."""
 
-    family = "torque_ripple"
     variant = "with_overtones"
     complexity = 6.0
-    needs = ("position",)
-    power = "stored"
 
     def law(self, at: Site) -> Law:
         grid = waves(at, _MOST // 3, whole=True)

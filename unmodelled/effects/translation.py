@@ -19,17 +19,11 @@ from unmodelled.systems.units import Dimension
 
 @dataclass(frozen=True)
 class Translation:
-    """Translation of a law to the names of a system.
-
-    Attributes:
-        site: place in the system.
-        law: law in local names.
-        more: other new names that the insertion of the law needs; default none.
-    """
+    """Translation of a law from local names to those of a system."""
 
     site: Site
     law: Law
-    more: tuple[str, ...] = ()
+    more: tuple[str, ...] = ()  # other new names that the insertion of the law needs
 
     @cached_property
     def names(self) -> dict[str, str]:

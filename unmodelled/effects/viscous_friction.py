@@ -1,7 +1,5 @@
 """Viscous friction."""
 
-from __future__ import annotations
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Shape, positive
@@ -21,16 +19,13 @@ class ViscousFriction(PortEffect):
         return Law("d*v", amplitudes, robot={"damping": "damping + d"})
 
 
-class ShearThinning(PortEffect):
+class ShearThinning(ViscousFriction):
     """Eyring friction: proportional to speed at first, less than that above the speed v_e, as in thin oil
     films.
     """
 
-    family = "viscous_friction"
     variant = "shear_thinning"
     complexity = 1.8
-    needs = ("velocity",)
-    power = "lost"
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -40,14 +35,11 @@ class ShearThinning(PortEffect):
         return Law(f"d*{thinned}", {"d": positive(thinned, at.effort / speed)}, {"v_e": shape})
 
 
-class ViscousFrictionByDirection(PortEffect):
+class ViscousFrictionByDirection(ViscousFriction):
     """Friction proportional to speed, with another coefficient in each direction."""
 
-    family = "viscous_friction"
     variant = "by_direction"
     complexity = 2.5
-    needs = ("velocity",)
-    power = "lost"
 
     def law(self, at: Site) -> Law:
         scale = at.effort / at["v"].rms

@@ -7,10 +7,10 @@ from torch.optim import Optimizer
 
 
 class Adam(torch.optim.Adam):
-    """Adam whose first step does not load torch's compiler.
+    """Adam whose first step does not load torch's compiler, which takes longer than a short training.
 
-    Steps of `torch.optim` are wrapped for `torch.compile`, which nothing here uses; the wrappers load
-    `torch._dynamo`, which takes longer than a short training. The steps within them are the same.
+    Steps of `torch.optim` are wrapped for `torch.compile`, which nothing here uses. The steps within the
+    wrappers are the same.
     """
 
     add_param_group = Optimizer.add_param_group.__wrapped__  # type: ignore[attr-defined]

@@ -63,19 +63,7 @@ def _check_sums(path: Path) -> None:
 
 
 def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:
-    """Put the weights of a checkpoint into a module.
-
-    Examples:
-        >>> import tempfile
-        >>> path = Path(tempfile.mkdtemp()) / "model.pt"
-        >>> save(nn.Linear(2, 1), path, {"seed": 0})
-        >>> content = read_checkpoint(path)
-        >>> content["class"], content["about"]
-        ('Linear', {'seed': 0})
-        >>> restore(nn.Linear(2, 3), content, Path("model.pt"))
-        Traceback (most recent call last):
-        unmodelled.base.errors.BadInput: model.pt: does not fit the configured model (...)
-    """
+    """Put the weights of a checkpoint into a module."""
     if content["class"] != type(model).__name__:
         raise BadInput(
             f"{path}: is a checkpoint of {content['class']}, another model than the configured one"

@@ -33,10 +33,7 @@ FEWEST, LARGEST = 50, 6  # samples; terms
 _WORTH = 0.002  # of the force's range: a gain (rms) below it is not worth a term, a network is no more exact
 _DIGITS = 1e-4  # of the largest force: a gain below it is lost where the coefficients are rounded
 _FOLDS, _BLOCKS = 10, 5  # of experiments; of consecutive samples where there are fewer than three experiments
-_JUMPS = (
-    0.0,
-    *np.geomspace(3e-4, 0.3, 13),
-)  # of dry friction, in shares of the speed that is reached; 0: sign
+_JUMPS = (0.0, *np.geomspace(3e-4, 0.3, 13))  # of dry friction, in shares of the top speed; 0: sign
 _FADES = tuple(np.geomspace(3e-3, 0.5, 16))  # of the Stribeck peak, likewise
 _KEPT = 16  # sets of each size that are extended by one more term
 _RIDGE = 1e-9  # for columns of rms 1: keeps near-parallel ones from cancelling each other
@@ -44,23 +41,14 @@ _RIDGE = 1e-9  # for columns of rms 1: keeps near-parallel ones from cancelling 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Formula of a force (in N; in N m if the position is an angle).
+    """Formula of a force (in N; in N m if the position is an angle)."""
 
-    Attributes:
-        text: formula in the grammar of a system file; "0" if no term helps.
-        coefficients: coefficient of each term by its text, four significant digits; "1" is the constant.
-        terms: terms in the same order.
-        rmse: root mean square difference to the network on the data, in N.
-        share: `rmse` as a share of the force's range; 0 for a constant force.
-        cross_validated: root mean square error of formulas of this length on held-out experiments, in N.
-    """
-
-    text: str
-    coefficients: dict[str, float]
-    terms: tuple[Term, ...]
-    rmse: float
-    share: float
-    cross_validated: float
+    text: str  # in the grammar of a system file; "0" if no term helps
+    coefficients: dict[str, float]  # by the text of the term, four significant digits; "1" is the constant
+    terms: tuple[Term, ...]  # in the same order
+    rmse: float  # difference to the network on the data, N
+    share: float  # `rmse` over the force's range; 0 for a constant force
+    cross_validated: float  # root mean square error of formulas of this length on held-out experiments, N
 
     def __call__(self, position: Array, velocity: Array) -> Array:
         """Return the force of the formula, of the shape to which the arguments broadcast."""
@@ -77,19 +65,10 @@ def closed_form(
     names: tuple[str, str],
     angle: bool = False,
 ) -> ClosedForm:
-    """Find the shortest formula that reproduces the force of a network.
+    """Find the shortest formula of the force (n,) of a network at positions (n,) and velocities (n,).
 
     A network smooths the jump of dry friction: the velocity scale in tanh(v/...) is that of the network, and
     the machine's can be smaller.
-
-    Takes position (n,), velocity (n,), force (n,), experiment (n,).
-
-    Examples:
-        >>> generator = np.random.default_rng(0)
-        >>> x, v = generator.uniform(-1.0, 1.0, (2, 600))
-        >>> found = closed_form(x, v, 30.0 * x + 2.0 * v, np.arange(600) // 100, ("x", "v"))
-        >>> found.text
-        '30*x + 2*v'
     """
     x, v, f = (np.asarray(a, dtype=np.float64) for a in (position, velocity, force))
     _check(dict(zip((*names, "force", "experiment"), (x, v, f, np.asarray(experiment)), strict=True)))
@@ -127,9 +106,7 @@ def _folds(experiment: Integers) -> Integers:
 
 
 def _shortest(squares: Array, worth: float) -> int:
-    """Return the size of the shortest formula as good as the best one; `squares` (folds, sizes) are held-out
-    errors.
-    """
+    """Return the size of the shortest formula as good as the best one; held-out `squares` (folds, sizes)."""
     mean = squares.mean(axis=0)
     best = int(np.argmin(mean))
     margin = max(squares[:, best].std(ddof=1) / np.sqrt(len(squares)), worth**2)
@@ -184,9 +161,7 @@ class _Search:
         return [tuple(self._libraries[fit.library][k] for k in fit.columns) for fit in fits]
 
     def held_out(self) -> Array:
-        """Return the mean squared errors of formulas on the folds to which they were not fitted, (folds,
-        sizes).
-        """
+        """Return mean squared errors (folds, sizes) of formulas on the folds that they were not fitted to."""
         errors = []
         for part in self._every:
             fits = self._fits(self._every[self._every != part])

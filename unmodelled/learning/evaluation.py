@@ -160,10 +160,7 @@ def judged(
     repeats: int,
     how: Integration,
 ) -> Evaluation:
-    """Simulate the test experiments of every fold, and evaluate the networks on the training experiments.
-
-    Takes trained (experiments,), tests (experiments,).
-    """
+    """Simulate the test experiments (k,) of all folds, and evaluate networks on the trained ones (k,)."""
     found = free_runs(model, logs, tests, repeats, how)
     return Evaluation(
         errors=found.errors,

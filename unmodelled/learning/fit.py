@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
+NUMBERS = ("repeats", "seed", "horizon", "epochs", "seconds")
 #: What `model.pt` says beside the weights.
 SHAPE = {
     **{"repeats": int, "seed": int, "horizon": int, "epochs": int, "seconds": float, "folds": [str]},
@@ -144,17 +145,18 @@ class Fit:
         with replacing(folder / "history.parquet") as temporary:
             write_parquet(self.history, temporary)
         structure = self.model.structure
-        facts = {
-            **{"folds": self.folds, "repeats": self.repeats, "seed": self.seed},
-            "parameters": structure.size + len(structure.trainable),
-            "identified": list(structure.trainable),
-            **{"horizon": self.horizon, "epochs": self.epochs},
-            **{"diverged": [list(label) for label in self.diverged], "seconds": self.seconds},
-        }
+        size = {"parameters": structure.size + len(structure.trainable)}
+        facts = {**self._numbers, **size, "identified": list(structure.trainable)}
         write_json(folder / "fit.json", facts)
 
+    @property
+    def _numbers(self) -> dict[str, Any]:
+        """What both files say of the training."""
+        numbers = {name: getattr(self, name) for name in NUMBERS}
+        return {"folds": self.folds, **numbers, "diverged": [list(label) for label in self.diverged]}
+
     def _about(self) -> dict[str, Any]:
-        structure, how = self.model.structure, self.integration
+        structure = self.model.structure
         networks = [
             {
                 **{"port": n.port, "hidden": n.hidden, "label": n.label},
@@ -163,16 +165,11 @@ class Fit:
             for n in structure.networks
         ]
         return {
-            **{"folds": self.folds, "repeats": self.repeats, "seed": self.seed},
-            **{"horizon": self.horizon, "epochs": self.epochs, "seconds": self.seconds},
-            "diverged": [list(label) for label in self.diverged],
+            **self._numbers,
             "trained_on": {fold: list(ids) for fold, ids in self.trained_on.items()},
             "trainable": list(structure.trainable),
             "networks": networks,
-            "integration": {
-                **{"period": how.period, "method": how.method},
-                **{"substeps": how.substeps, "hold": how.hold},
-            },
+            "integration": asdict(self.integration),
         }
 
     @classmethod
@@ -204,7 +201,7 @@ class Fit:
             model=model,
             integration=Integration(**about["integration"]),
             trained_on={fold: tuple(ids) for fold, ids in about["trained_on"].items()},
-            **{name: about[name] for name in ("repeats", "seed", "horizon", "epochs", "seconds")},
+            **{name: about[name] for name in NUMBERS},
             diverged=tuple((str(fold), int(repeat)) for fold, repeat in about["diverged"]),
             history=read_parquet(folder / "history.parquet"),
         )

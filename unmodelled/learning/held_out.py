@@ -32,13 +32,7 @@ def measured_samples(logs: Logs) -> Measured:
 
 
 class FreeRuns(NamedTuple):
-    """Free runs of a stack of models.
-
-    Attributes:
-        errors: columns fold, repeat, id, state, rmse (unit of the state), diverged; one row per measured
-            state.
-        examples: columns fold, id, t (s), and <state>_measured and <state> of the first repeat.
-    """
+    """Free runs of a stack of models: two tables of `Evaluation`."""
 
     errors: pd.DataFrame
     examples: pd.DataFrame
@@ -47,10 +41,7 @@ class FreeRuns(NamedTuple):
 def free_runs(
     model: Nnap, logs: Logs, tests: Mapping[str, Indices], repeats: int, how: Integration
 ) -> FreeRuns:
-    """Simulate the test experiments of every fold, whole, from their first measured state.
-
-    Takes tests (experiments,).
-    """
+    """Simulate the test experiments (k,) of every fold, whole, from their first measured state."""
     data = measured_samples(logs)
     limit = LARGEST * np.abs(logs.x).max(axis=0)
     shown = [j for j, measured in enumerate(logs.measured) if measured]
@@ -85,9 +76,7 @@ def _free_run(
 
 @torch.no_grad()
 def surfaces(models: dict[str, Nnap], logs: Logs) -> pd.DataFrame:
-    """Evaluate networks with two inputs on a grid over the range of the data, by the first model of
-    a stack.
-    """
+    """Evaluate networks with two inputs on a grid over the range of the data, by the first of a stack."""
     parts = []
     for stage, model in models.items():
         q = _network_inputs(model, logs)[0]
@@ -118,10 +107,7 @@ def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
 
 @torch.no_grad()
 def learned_efforts(model: Nnap, logs: Logs, trained: Mapping[str, Indices], repeats: int) -> pd.DataFrame:
-    """Evaluate the networks' efforts at the measured states of the experiments that they were trained on.
-
-    Takes trained (experiments,).
-    """
+    """Evaluate the networks' efforts at the measured states of their training experiments (k,)."""
     names = [network.label or network.port for network in model.structure.networks]
     z = model.efforts_of(_network_inputs(model, logs)).numpy()
     seen = np.stack([np.isin(logs.owner, rows) for rows in trained.values() for _ in range(repeats)])

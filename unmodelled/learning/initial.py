@@ -23,10 +23,7 @@ ENOUGH = 4000
 def initial_parameters(
     structure: Augmented, spread: float, spread_of_fixed: float, rng: np.random.Generator
 ) -> Array:
-    """Draw the parameters from which the training of one model starts.
-
-    Gives (parameters,) in SI.
-    """
+    """Draw the parameters (parameters,), in SI units, from which the training of one model starts."""
     start = np.array(structure.system.values)
     for k, parameter in enumerate(structure.system.parameters):
         trained = parameter.name in structure.trainable
@@ -38,11 +35,9 @@ def initial_parameters(
 
 
 def initial_weights(structure: Augmented, rng: np.random.Generator) -> Array:
-    """Draw the weights of the networks of one model: Glorot uniform.
+    """Draw the weights (structure.size,) of the networks of one model: Glorot uniform.
 
     Hidden biases are uniform too, so that the kinks of the ReLU units do not all lie at zero.
-
-    Gives (structure.size,).
     """
     parts = []
     for network in structure.networks:
@@ -56,13 +51,10 @@ def initial_weights(structure: Augmented, rng: np.random.Generator) -> Array:
 def scales(
     structure: Augmented, data: Measured, runs: list[Indices], p: Tensor, period: float
 ) -> tuple[Array, Array]:
-    """Estimate the scales of the networks' inputs and efforts from the training data of every member.
+    """Estimate the scales of the networks' inputs (members, inputs) and efforts (members, networks).
 
     The gain of a network is the size of the effort that the physics misses: least squares of the residual of
-    the measured acceleration on the influence of the port.
-
-    Takes runs (experiments,), p (members, parameters) in SI, period in s; gives (members, inputs) and
-    (members, networks).
+    the measured acceleration on the influence of the port, over the training data of the member.
     """
     scale = np.ones((len(runs), len(structure.inputs)))
     gain = np.ones((len(runs), len(structure.networks)))

@@ -20,31 +20,13 @@ Array = NDArray[np.float64]
 class Nnap(nn.Module):
     """A stack of models that share a structure and differ in weights and parameters, in double precision.
 
-    Args:
-        structure: physics, networks and trained parameters.
-        p: parameters of the system, shape (batch, parameters), SI; training starts at the trained ones.
-        unit: scale of every trained parameter, shape (trained,), SI: xi = p / unit is of order one.
-        scale: 1 / standard deviation of the networks' inputs over the training data, eq. 4.4, shape (batch,
-            inputs).
-        gain: magnitude of the missing effort, by which a network's output is multiplied, shape (batch,
-            networks), in the unit of the effort.
-        weights: initial weights of all networks, shape (batch, structure.size).
-
-    Examples:
-        >>> from unmodelled.learning.structures import one_per_port
-        >>> from unmodelled.systems.reader import read_system
-        >>> structure = one_per_port(2)(read_system("systems/pendulum.yaml"), ("b",)).structure
-        >>> p, one = torch.tensor([[0.02, 0.01, 1.2]]), torch.ones
-        >>> model = Nnap(structure, p, one(1), one(1, 2), one(1, 1), one(1, structure.size))
-        >>> none = torch.zeros(1, 1)
-        >>> model.efforts(torch.zeros(1), torch.zeros(1, 1, 2), none, torch.zeros(1, 0)).tolist()
-        [[[3.0]]]
+    A network's output is multiplied by its gain, the magnitude of the missing effort.
     """
 
-    p: Tensor
-    unit: Tensor
-    scale: Tensor
-    gain: Tensor
+    p: Tensor  # (batch, parameters), in SI units; training starts at the trained ones
+    unit: Tensor  # (trained,), in SI units: xi = p / unit is of order one
+    scale: Tensor  # (batch, inputs), 1 / standard deviation over the training data, eq. 4.4
+    gain: Tensor  # (batch, networks), in the units of the efforts
 
     def __init__(
         self, structure: Augmented, p: Tensor, unit: Tensor, scale: Tensor, gain: Tensor, weights: Tensor
@@ -63,20 +45,16 @@ class Nnap(nn.Module):
         return torch_equations(system, system.closed), torch_equations(system, self.structure.inputs)
 
     def physics(self) -> Tensor:
-        """Return the parameters of the system, differentiable by `xi`.
-
-        Gives (batch, parameters) in SI.
-        """
+        """Return the parameters (batch, parameters) of the system, in SI units, differentiable by `xi`."""
         p = self.p.clone()
         if self.structure.index:
             p[:, list(self.structure.index)] = self.xi * self.unit
         return p
 
     def network_inputs(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
-        """Return the inputs q of all networks.
+        """Return the inputs q (batch, samples, inputs) of all networks, in SI units.
 
-        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
-        in SI; gives (batch, samples, inputs) in SI.
+        Takes t (samples,), x (batch, samples, states), u (..., inputs) and c (..., constants), in SI units.
         """
         system = self.structure.system
         none = x.new_zeros(len(system.ports))
@@ -86,18 +64,11 @@ class Nnap(nn.Module):
         return function(t, x, u, none, self.physics()[:, None], c)  # type: ignore[no-any-return, operator]
 
     def efforts(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
-        """Return the effort of every network, eq. 4.4.
-
-        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
-        in SI; gives (batch, samples, networks) in SI.
-        """
+        """Return the effort (batch, samples, networks) of every network, eq. 4.4, see `network_inputs`."""
         return self.efforts_of(self.network_inputs(t, x, u, c))
 
     def efforts_of(self, q: Tensor) -> Tensor:
-        """Return the effort of every network for given network inputs, eq. 4.4.
-
-        Takes q (batch, samples, inputs) in SI; gives (batch, samples, networks) in SI.
-        """
+        """Return the efforts (batch, samples, networks) at network inputs (batch, samples, inputs)."""
         scaled = q * self.scale[:, None]
         parts = []
         for k, (W_h, b_h, W_o, b_o, columns) in enumerate(self._layers()):
@@ -115,11 +86,7 @@ class Nnap(nn.Module):
             weight, column = weight + network.size, column + ni
 
     def derivative(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the time derivatives of the states, eq. 4.5, and the efforts of the networks.
-
-        Takes t (samples,) in s, x (batch, samples, states) in SI, u (..., inputs) in SI, c (..., constants)
-        in SI; gives (batch, samples, states) and (batch, samples, networks).
-        """
+        """Return the rates (batch, samples, states), eq. 4.5, and the efforts, see `network_inputs`."""
         z = self.efforts(t, x, u, c)
         names = self.structure.system.port_names
         e = x.new_zeros((*x.shape[:-1], len(names)))

@@ -68,13 +68,7 @@ class Recipe(Protocol):
 
 
 def required(system: Path | None, logs: Path | None) -> tuple[Path, Path]:
-    """Return the system file and the log folder that a hybrid model of a system needs.
-
-    Examples:
-        >>> required(Path("pendulum.yaml"), None)
-        Traceback (most recent call last):
-        unmodelled.base.errors.BadInput: a hybrid model of a system needs system=... logs is missing
-    """
+    """Return the system file and the log folder that a hybrid model of a system needs."""
     if system is None or logs is None:
         missing = [name for name, path in (("system", system), ("logs", logs)) if path is None]
         lack = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"

@@ -22,58 +22,36 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Measured:
-    """Measured experiments as arrays, one experiment after the other, as kernels read them.
+    """Measured experiments as arrays in SI units, one experiment after the other, as kernels read them."""
 
-    Attributes:
-        x: measured or estimated states, shape (samples, states), SI.
-        u: inputs of the system, shape (samples, inputs), SI.
-        t: time since the start of the experiment, shape (samples,), s.
-        c: constants of the operating points, shape (experiments, constants), SI.
-        owner: number of the experiment of every sample, shape (samples,).
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-
-    Examples:
-        >>> t, owner, offsets = np.tile(np.arange(3.0), 2), np.repeat([0, 1], 3), np.array([0, 3, 6])
-        >>> data = Measured(np.zeros((6, 1)), np.zeros((6, 1)), t, np.zeros((2, 0)), owner, offsets)
-        >>> data.window_starts(np.array([0, 1]), horizon=1).tolist()
-        [0, 1, 3, 4]
-    """
-
-    x: Array
-    u: Array
-    t: Array
-    c: Array
-    owner: Indices
-    offsets: Indices
+    x: Array  # (samples, states), measured or estimated
+    u: Array  # (samples, inputs)
+    t: Array  # (samples,), since the start of the experiment, s
+    c: Array  # (experiments, constants)
+    owner: Indices  # (samples,), number of the experiment
+    offsets: Indices  # (experiments + 1,), first samples, and the number of all samples
 
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
-        """Return the first samples of all windows that lie within one experiment.
-
-        Takes runs (experiments,); gives (windows,).
-        """
+        """Return the first samples (windows,) of all windows that lie within one of the experiments (k,)."""
         parts = [np.arange(self.offsets[r], self.offsets[r + 1] - horizon) for r in runs]
         return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
 
 def arguments(how: Integration) -> tuple[int, float, float, Array]:
-    """Return an integration as the arguments of the kernels' functions, in their order.
-
-    Gives (stages, 3).
-    """
+    """Return an integration as the arguments of the kernels' functions, the stages (stages, 3) last."""
     return how.substeps, how.period, how.common_hold, how.stages
 
 
-def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:
+def _numbers(model: Nnap, member: int) -> tuple[Array, ...]:
+    """Parameters (parameters,), weights (size,), scale (inputs,) and gain (networks,) of one member."""
     values = (model.physics(), model.weights, model.scale, model.gain)
-    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
-    return (*arguments(how), *own)
+    return tuple(np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
 
 
 def generated(model: Nnap, member: int) -> Generated:
     """Return one member of a stack as a backend of `free_run` that shows all states."""
-    values = (model.weights, model.scale, model.gain)
-    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
-    return Generated(model.structure, tuple(model.structure.system.x), *own)
+    _, weights, scale, gain = _numbers(model, member)
+    return Generated(model.structure, tuple(model.structure.system.x), weights, scale, gain)
 
 
 def simulate(
@@ -119,22 +97,15 @@ class CompiledRollout(torch.autograd.Function):
         steps: int,
         how: Integration,
     ) -> tuple[Tensor, Tensor]:
-        """Simulate windows, see `simulate`.
-
-        Takes x0 (windows, states) in SI, xi (trained,), weights (size,), starts (windows,); gives (windows,
-        steps + 1, states) and (windows, steps, networks).
-        """
+        """Simulate windows from states x0 (windows, states), see `simulate`."""
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
-        ctx.context = model, data, starts, steps, X[:, :1].copy(), _common(model, member, how)
+        ctx.context = model, data, starts, steps, X[:, :1].copy(), (*arguments(how), *_numbers(model, member))
         return torch.from_numpy(X), torch.from_numpy(Z)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
-        """Return the gradients by first states, scaled trained parameters and weights.
-
-        Takes gradients (windows, steps + 1, states); gives (windows, states) and (trained,) and (size,).
-        """
+        """Return the gradients by first states (windows, states), xi (trained,) and weights (size,)."""
         model, data, starts, steps, first, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
         k = kernel(model.structure)
@@ -151,11 +122,7 @@ class CompiledRollout(torch.autograd.Function):
 def rollout(
     model: Nnap, member: int, data: Measured, x0: Tensor, starts: Indices, steps: int, how: Integration
 ) -> tuple[Tensor, Tensor]:
-    """Simulate windows by one member of a stack, differentiable by torch, see `simulate`.
-
-    Takes x0 (windows, states) in SI, starts (windows,); gives (windows, steps + 1, states) and (windows,
-    steps, networks).
-    """
+    """Simulate windows from states x0 (windows, states), differentiable by torch, see `simulate`."""
     result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
         x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how
     )

@@ -117,26 +117,16 @@ class Shooting:
 
 @dataclass(frozen=True)
 class Segments:
-    """Experiments in segments of equal length, which overlap where this length does not divide an experiment.
+    """Experiments in segments of equal length, which overlap where it does not divide an experiment."""
 
-    Attributes:
-        steps: number of samples of every segment.
-        starts: first samples of the segments, shape (segments,).
-        joined: numbers of the segments that another segment of the same experiment follows, shape (joints,).
-        after: number of samples from the start of such a segment to that of the next, shape (joints,).
-    """
-
-    steps: int
-    starts: Indices
-    joined: Indices
-    after: Indices
+    steps: int  # number of samples of every segment
+    starts: Indices  # (segments,), first samples
+    joined: Indices  # (joints,), segments that another one of the same experiment follows
+    after: Indices  # (joints,), samples from the start of such a segment to that of the next
 
     @classmethod
     def of(cls, data: Measured, runs: Indices, steps: int) -> Segments:
-        """Cut experiments into segments; experiments shorter than a segment are left out.
-
-        Takes runs (experiments,).
-        """
+        """Cut experiments (k,) into segments; experiments shorter than a segment are left out."""
         starts: list[Indices] = []
         for first, end in zip(data.offsets[runs], data.offsets[runs + 1], strict=True):
             last = end - 1 - steps
@@ -153,11 +143,7 @@ class Segments:
 class Objective:
     """The loss of one model as a function of everything that is trained, with its gradient.
 
-    Args:
-        problem: models and data.
-        member: number of the model in the stack.
-        cut: segments of the training experiments.
-        price: penalty of the mean squared gap, relative to the misfit.
+    `price` is the penalty of the mean squared gap between segments, relative to the misfit.
     """
 
     def __init__(self, problem: Problem, member: int, cut: Segments, price: float) -> None:
@@ -176,40 +162,26 @@ class Objective:
         self.unit = NODE_SCALE * torch.sqrt(len(cut.starts) / (1.0 + 2.0 * price) / self.C)
 
     def pack(self, state: Progress) -> Array:
-        """Return weights, scaled parameters and scaled first states as one vector.
-
-        Gives (size + trained + segments * states,).
-        """
+        """Return weights, scaled parameters and scaled first states as one vector (size,)."""
         nodes = (torch.from_numpy(state.nodes) - self.measured[:, 0]) / self.unit
         return np.concatenate([state.weights, state.xi, nodes.numpy().ravel()])
 
     def unpack(self, z: Array) -> tuple[Array, Array, Array]:
-        """Split a vector of `pack` into its parts.
-
-        Takes z (size + trained + segments * states,); gives (size,) and (trained,) and (segments, states).
-        """
+        """Split a vector of `pack` into weights (size,), xi (trained,) and nodes (segments, states)."""
         size, trained = self.model.weights.shape[1], self.model.xi.shape[1]
         weights, xi, nodes = np.split(z, [size, size + trained])
         scaled = torch.from_numpy(nodes).view(len(self.cut.starts), -1)
         return weights, xi, (self.measured[:, 0] + self.unit * scaled).numpy()
 
     def bounds(self) -> Array:
-        """Return lower and upper bounds of a vector of `pack`.
-
-        Only the parameters have bounds.
-
-        Gives (size + trained + segments * states, 2).
-        """
+        """Return bounds (size, 2) of a vector of `pack`; only those of the parameters are finite."""
         low_high = self.problem.bounds / self.model.unit.numpy()[:, None]
         free = np.array([[-np.inf, np.inf]])
         size, nodes = self.model.weights.shape[1], self.measured[:, 0].numel()
         return np.concatenate([free.repeat(size, 0), low_high, free.repeat(nodes, 0)])
 
     def loss(self, nodes: Tensor) -> Tensor:
-        """Return the misfit of all samples (eq. 4.9) plus the penalties of gaps and of efforts.
-
-        Takes nodes (segments, states) in SI.
-        """
+        """Return the misfit of all samples (eq. 4.9) plus the penalties of gaps and of efforts."""
         X, Z = rollout(
             self.model, 0, self.problem.data, nodes, self.cut.starts, self.cut.steps, self.problem.how
         )
@@ -221,10 +193,7 @@ class Objective:
         return self.C @ (misfit + self.price * gap) + efforts
 
     def __call__(self, z: Array) -> tuple[float, Array]:
-        """Return loss and gradient at a vector of `pack`.
-
-        Gives (shape of `z`).
-        """
+        """Return the loss and its gradient (size,) at a vector (size,) of `pack`."""
         weights, xi, nodes = self.unpack(z)
         with torch.no_grad():
             self.model.weights[0] = torch.from_numpy(weights)

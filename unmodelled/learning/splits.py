@@ -16,21 +16,11 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Fold:
-    """One division of the experiments.
-
-    Attributes:
-        name: name of the fold in tables.
-        train: rows of the experiments table that a model may see, shape (training experiments,).
-        test: rows that the model is judged on, shape (test experiments,); disjoint from `train`.
-
-    Raises:
-        ValueError: when a row is in both.
-        BadInput: when there are no rows to train or to test on.
-    """
+    """One division of the experiments; no experiment is in both parts, and none of the parts is empty."""
 
     name: str
-    train: Indices
-    test: Indices
+    train: Indices  # (k,), rows of the experiments that a model may see
+    test: Indices  # (k,), rows that the model is judged on
 
     def __post_init__(self) -> None:
         if np.intersect1d(self.train, self.test).size:
@@ -61,10 +51,7 @@ def fold_named(folds: Sequence[Fold], name: str) -> Fold:
 
 
 def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
-    """Sort the contact runs by falling minimal contact force, in subsets I_1, I_2, ... (6.5).
-
-    Gives (experiments,).
-    """
+    """Sort the contact runs by falling minimal contact force, in subsets I_1, I_2, ... (runs,) (6.5)."""
     nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
     if len(nominal) < count:
         raise BadInput(f"{len(nominal)} contact runs, at least {count} are needed for {count} subsets")

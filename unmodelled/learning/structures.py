@@ -114,13 +114,7 @@ def black_box(hidden: int, inputs: Sequence[str]) -> Structure:
 
 
 def network_inputs(system: System, texts: Sequence[str]) -> tuple[sp.Expr, ...]:
-    """Read the inputs of a network.
-
-    Examples:
-        >>> from unmodelled.systems.reader import read_system
-        >>> network_inputs(read_system("systems/pendulum.yaml"), ["sin(theta)", "omega"])
-        (sin(theta), omega)
-    """
+    """Read the inputs of a network, expressions of a system file without efforts."""
     scope = scope_of(system)
     found = tuple(parse(text, scope, f"network input {text!r}") for text in texts)
     for text, expression in zip(texts, found, strict=True):

@@ -61,11 +61,8 @@ def train(
           parameter       unit  known
         0         b  N m s/rad   0.01
     """
-    recipe = model if isinstance(model, AugmentedRecipe) else _recipe(model)
+    if not isinstance(model, AugmentedRecipe):
+        model = AugmentedRecipe(model, WINDOWS, method="rk4", hold=1.0)
     known, measured = read_inputs(system, logs)
     folds = split(measured.experiments_with_speed())
-    return recipe.fit(known, measured, folds, repeats, seed, start.model if start else None, device)
-
-
-def _recipe(networks: Structure) -> AugmentedRecipe:
-    return AugmentedRecipe(networks, WINDOWS, method="rk4", hold=1.0)
+    return model.fit(known, measured, folds, repeats, seed, start.model if start else None, device)

@@ -24,12 +24,7 @@ Indices = NDArray[np.int64]
 
 
 class Training(Protocol):
-    """Settings of a training: a frozen dataclass whose `repr` holds everything that decides the result.
-
-    Attributes:
-        horizon: number of samples of free run that the loss looks ahead.
-        epochs: number of passes over the training data, of every model of a stack.
-    """
+    """Settings of a training: a frozen dataclass whose `repr` holds everything that decides the result."""
 
     @property
     def horizon(self) -> int:
@@ -103,34 +98,20 @@ class Windows:
 
 @dataclass
 class Progress:
-    """State of the training of one model: everything that a checkpoint needs.
+    """State of the training of one model: everything that a checkpoint needs."""
 
-    Attributes:
-        p: parameters of the system, shape (parameters,), SI.
-        xi: trained parameters, scaled to order one, shape (trained,).
-        weights: weights of all networks, shape (size,).
-        moments_p: moments of Adam for the trained parameters, shape (2, trained).
-        moments_W: moments of Adam for the weights, shape (2, size).
-        epoch: number of finished epochs.
-        batches: number of finished mini-batches.
-        losses: mean loss of every epoch.
-        history: trained parameters after every epoch, each of shape (trained,), SI.
-        seconds: duration of every epoch, s.
-        diverged: whether a loss was not finite; the training then ended with the weights of the epoch before.
-        nodes: trained first states of segments, shape (segments, states), SI; empty where none are trained.
-    """
-
-    p: Array
-    xi: Array
-    weights: Array
-    moments_p: Array
-    moments_W: Array
-    epoch: int = 0
-    batches: int = 0
-    losses: list[float] = field(default_factory=list)
-    history: list[Array] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
-    diverged: bool = False
+    p: Array  # (parameters,), of the system, in SI units
+    xi: Array  # (trained,), scaled to order one
+    weights: Array  # (size,), of all networks
+    moments_p: Array  # (2, trained), of Adam
+    moments_W: Array  # (2, size), of Adam
+    epoch: int = 0  # number of finished epochs
+    batches: int = 0  # number of finished mini-batches
+    losses: list[float] = field(default_factory=list)  # mean of every epoch
+    history: list[Array] = field(default_factory=list)  # (trained,), after every epoch, in SI units
+    seconds: list[float] = field(default_factory=list)  # of every epoch
+    diverged: bool = False  # a loss was not finite; the weights are those of the epoch before
+    #: (segments, states), trained first states, in SI units; empty where none are trained.
     nodes: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
@@ -145,34 +126,21 @@ class Progress:
 
 @dataclass(frozen=True)
 class Problem:
-    """A stack of models and the data that they are fitted to.
+    """A stack of models and the data that they are fitted to."""
 
-    Attributes:
-        model: stack of untrained models.
-        data: measured samples.
-        runs: numbers of the training experiments of every model, each shape (experiments,).
-        bounds: lower and upper bounds of the trained parameters, shape (trained, 2), SI.
-        penalties: weight of the mean squared effort of every network in the loss, shape (networks,), per
-            squared unit of the effort.
-        how: integration of the free runs.
-        seed: seed of the mini-batches.
-    """
-
-    model: Nnap
+    model: Nnap  # untrained
     data: Measured
-    runs: list[Indices]
-    bounds: Array
-    penalties: Array
+    runs: list[Indices]  # (experiments,), for training, of every model
+    bounds: Array  # (trained, 2), in SI units
+    penalties: Array  # (networks,), of the mean squared efforts, per squared unit
     how: Integration
-    seed: int
+    seed: int  # of the mini-batches
 
 
 def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
-    """Return the weights of the states in the loss: the diagonal of C, eq. 4.9.
+    """Return the weights (states,) of the states in the loss: the diagonal of C, eq. 4.9.
 
     With these weights the loss is the share of the change over a window that the model does not explain.
-
-    Takes runs (experiments,); gives (states,).
     """
     starts = data.window_starts(runs, horizon)
     if not len(starts):
@@ -212,11 +180,9 @@ def _member(problem: Problem, windows: Windows, state: Progress, member: int, ep
 
 
 def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -> Indices:
-    """Draw the mini-batches of one epoch.
+    """Draw the mini-batches (batches, windows per batch) of one epoch.
 
     They are drawn from the epoch's own seed, so that a resumed training sees the same mini-batches.
-
-    Gives (batches, windows per batch).
     """
     starts = problem.data.window_starts(problem.runs[member], windows.horizon)
     if not len(starts):
@@ -228,9 +194,7 @@ def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -
 
 
 def fall(windows: Windows, epoch: int, count: int) -> Array:
-    """Return the learning rates of the mini-batches of an epoch, relative to the first one: a cosine.
-
-    Gives (count,).
+    """Return the learning rates (count,) of an epoch's mini-batches, relative to the first: a cosine.
 
     Examples:
         >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()

@@ -21,9 +21,7 @@ TAKES_PART = 0.2
 
 
 def advice(names: Sequence[str], found: Profiles, bend: Curvature) -> list[str]:
-    """Return sentences on each parameter's interval, on correlated parameters and on parameters at
-    a bound.
-    """
+    """Return sentences on intervals, on correlated parameters and on parameters at a bound."""
     better = (
         [f"the profiles found a better optimum: its log-likelihood is higher by {found.gain:.3g}"]
         if found.gain > 0.0

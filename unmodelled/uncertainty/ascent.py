@@ -27,36 +27,14 @@ DEEP = 1e3
 
 @dataclass(frozen=True)
 class Peak:
-    """Highest point found.
+    """Highest point found."""
 
-    Attributes:
-        alpha: parameters, shape (k,).
-        log_likelihood: log-likelihood at `alpha`.
-    """
-
-    alpha: Array
+    alpha: Array  # (k,)
     log_likelihood: float
 
 
 class Recorder:
-    """Objective that counts its evaluations and keeps its highest point; other than finite values count as
-    -inf.
-
-    Args:
-        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
-
-    Attributes:
-        evaluations: number of parameters evaluated so far.
-        peak: highest point so far.
-        trace: highest log-likelihood after every batch.
-
-    Examples:
-        >>> seen = Recorder(lambda alphas: -np.sum(alphas**2, axis=1))
-        >>> seen(np.array([[2.0], [1.0]])).tolist()
-        [-4.0, -1.0]
-        >>> seen.peak.alpha.tolist(), seen.evaluations
-        ([1.0], 2)
-    """
+    """Objective that counts its evaluations and keeps its highest point; what is not finite is -inf."""
 
     def __init__(self, objective: Objective) -> None:
         self.objective = objective
@@ -76,16 +54,9 @@ class Recorder:
 
 
 def climb(objective: Objective, box: Box, start: Array) -> tuple[Peak, int]:
-    """Find the maximum in a box that is nearest to a start, by sequential quadratic programming.
+    """Find the maximum in a box that is nearest to a start (k,), by sequential quadratic programming.
 
     Slopes are central differences, evaluated in one batch.
-
-    Takes objective (B,), start (k,).
-
-    Examples:
-        >>> peak, _ = climb(lambda a: -((a[:, 0] - 0.3) ** 2), Box(np.array([[0.0, 1.0]])), np.array([0.9]))
-        >>> round(float(peak.alpha[0]), 4)
-        0.3
     """
     seen, free = Recorder(objective), int(box.free.sum())
     origin = box.clip(start)
@@ -110,9 +81,7 @@ def climb(objective: Objective, box: Box, start: Array) -> tuple[Peak, int]:
 
 
 def _value_and_slope(objective: Objective, box: Box, unit: Array) -> tuple[float, Array]:
-    """Return the log-likelihood and its slopes (free,) in the unit cube; zero next to a value that is not
-    finite.
-    """
+    """Return the log-likelihood and its slopes (free,) in the unit cube; zero beside what is not finite."""
     moves = STEP * np.eye(len(unit))
     ahead, behind = np.minimum(unit + moves, 1.0), np.maximum(unit - moves, 0.0)
     values = objective(box.to_alpha(np.vstack([unit, ahead, behind])))

@@ -23,22 +23,9 @@ class Box:
 
     The free parameters span a unit cube. The scale is logarithmic if both bounds are positive and a factor of
     10 apart, as for a standard deviation of unknown magnitude, otherwise linear.
-
-    Attributes:
-        bounds: lower and upper bounds, shape (k, 2).
-
-    Raises:
-        BadInput: if a bound is not finite, or if a lower bound exceeds its upper bound.
-
-    Examples:
-        >>> box = Box(np.array([[0.0, 4.0], [2.0, 2.0], [0.01, 1.0]]))
-        >>> box.to_alpha([0.5, 0.5]).round(6).tolist()
-        [2.0, 2.0, 0.1]
-        >>> box.to_unit([1.0, 2.0, 0.01]).tolist()
-        [0.25, 0.0]
     """
 
-    bounds: Array
+    bounds: Array  # (k, 2), finite
 
     def __post_init__(self) -> None:
         for k, (low, high) in enumerate(self.bounds):
@@ -64,10 +51,7 @@ class Box:
         return np.asarray((low > 0.0) & (high >= DECADE * low))
 
     def to_alpha(self, unit: ArrayLike) -> Array:
-        """Return the parameters at points of the unit cube.
-
-        Takes unit (..., free); gives (..., k).
-        """
+        """Return the parameters (..., k) at points (..., free) of the unit cube."""
         share = np.asarray(unit, float)
         low, high = self._scaled(self.bounds.T)[..., self.free]
         alpha = np.broadcast_to(self.bounds[:, 0], (*share.shape[:-1], self.size)).copy()
@@ -76,19 +60,13 @@ class Box:
         return self.clip(alpha)
 
     def to_unit(self, alpha: ArrayLike) -> Array:
-        """Return the points of the unit cube that stand for parameters.
-
-        Takes alpha (..., k); gives (..., free).
-        """
+        """Return the points (..., free) of the unit cube that stand for parameters (..., k)."""
         low, high = self._scaled(self.bounds.T)[..., self.free]
         inside = self._scaled(self.clip(alpha))[..., self.free]
         return np.asarray((inside - low) / (high - low))
 
     def clip(self, alpha: ArrayLike) -> Array:
-        """Return the parameters, moved to the nearest point within the bounds.
-
-        Takes alpha (..., k); gives (..., k).
-        """
+        """Return parameters (..., k), moved to the nearest point within the bounds."""
         return np.asarray(np.clip(alpha, self.bounds[:, 0], self.bounds[:, 1]))
 
     def pinned(self, values: dict[int, float]) -> Box:

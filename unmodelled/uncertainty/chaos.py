@@ -22,27 +22,11 @@ ROUNDING = 1e-13
 
 @dataclass(frozen=True)
 class Chaos:
-    """Polynomial chaos expansion of outputs of n independent parameters (section 3.2.4).
-
-    Attributes:
-        families: family of each parameter's distribution.
-        degree: largest total degree of the polynomials.
-        order: number of collocation points per parameter; must exceed the degree (section 3.2.8).
-
-    Raises:
-        BadInput: if there is no parameter, or if degree or order are out of range.
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Gaussian
-        >>> chaos, alpha = Chaos((Gaussian(),), degree=2, order=3), np.array([[1.0, 0.5]])
-        >>> expansion = chaos.expand(alpha, chaos.nodes(alpha) ** 2)
-        >>> expansion.mean.round(6).tolist(), expansion.variance.round(6).tolist()
-        ([1.25], [1.125])
-    """
+    """Polynomial chaos expansion of outputs of n independent parameters (section 3.2.4)."""
 
     families: tuple[Family, ...]
-    degree: int
-    order: int
+    degree: int  # largest total degree of the polynomials
+    order: int  # collocation points per parameter; must exceed the degree (section 3.2.8)
 
     def __post_init__(self) -> None:
         if not self.families:
@@ -55,20 +39,14 @@ class Chaos:
             raise BadInput(f"the quadrature order must exceed the degree {self.degree}, got {self.order}")
 
     def nodes(self, alpha: Array) -> Array:
-        """Return the collocation points of the parameters.
-
-        Takes alpha (n, 2); gives (order^n, n).
-        """
+        """Return the collocation points (order^n, n) of the parameters for a distribution (n, 2)."""
         self._check(alpha)
         phi = _rule(self._germs(alpha), self.degree, self.order).points
         columns = [f.to_theta(p, a) for f, p, a in zip(self.families, phi.T, alpha, strict=True)]
         return np.stack(columns, axis=1)
 
     def expand(self, alpha: Array, values: Array) -> Expansion:
-        """Compute the coefficients of all outputs by eq. (3.11).
-
-        Takes alpha (n, 2), values (order^n, L).
-        """
+        """Compute the coefficients of all outputs from values (order^n, L) at the nodes, by eq. (3.11)."""
         self._check(alpha)
         values, rows = np.asarray(values), self.order ** len(self.families)
         if values.ndim != 2 or len(values) != rows:
@@ -98,23 +76,14 @@ class Chaos:
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """Sums of r orthonormal polynomials for L outputs (eq. 3.5).
-
-    Attributes:
-        germs: standard variable of each uncertain parameter.
-        degree: largest total degree of the polynomials.
-        coefficients: coefficients of shape (r, L), in the order of `multi_indices`; the first row is the
-            constant.
-    """
+    """Sums of r orthonormal polynomials for L outputs (eq. 3.5)."""
 
     germs: Germs
-    degree: int
-    coefficients: Array
+    degree: int  # largest total degree of the polynomials
+    coefficients: Array  # (r, L), in the order of `multi_indices`; the first row is the constant
 
     def __call__(self, phi: Array) -> Array:
-        """Return the outputs (S, L) at standard variables (S, n): the cheap response surface of section
-        3.2.7.
-        """
+        """Return outputs (S, L) at standard variables (S, n): the cheap response surface of section 3.2.7."""
         return _basis(self.germs, self.degree, phi).T @ self.coefficients
 
     @property
@@ -124,26 +93,19 @@ class Expansion:
 
     @property
     def variance(self) -> Array:
-        """Variances of the outputs, shape (L,): the sum below eq. (3.9) without the coefficient of the
-        constant.
-        """
+        """Variances of the outputs, shape (L,): the sum below eq. (3.9) without the constant."""
         return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
 
     def moments(self, count: int) -> Array:
-        """Compute raw moments of the outputs by eq. (3.9).
+        """Compute raw moments (count, L) of the outputs by eq. (3.9).
 
         The expectation of a power of a polynomial is computed by an exact quadrature rule, which gives the
         same number as the sum over all products of m coefficients (r^m terms).
-
-        Gives (count, L).
         """
         return self._moments(self.coefficients, count)
 
     def standardised(self, count: int) -> Array:
-        """Compute moments of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ...
-
-        Gives (count, L).
-        """
+        """Compute moments (count, L) of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ..."""
         deviation = np.sqrt(self.variance)
         constant = deviation <= ROUNDING * np.abs(self.mean)
         if np.any(constant):
@@ -164,14 +126,7 @@ class Expansion:
 
 @lru_cache
 def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
-    """Return the degrees of the univariate factors of every polynomial (eq. 3.6).
-
-    Gives (r, n).
-
-    Examples:
-        >>> multi_indices(2, 2).tolist()
-        [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]
-    """
+    """Return the degrees (r, n) of the univariate factors of every polynomial (eq. 3.6)."""
     every = [i for i in product(range(degree + 1), repeat=parameters) if sum(i) <= degree]
     indices = np.array(sorted(every, key=lambda i: (sum(i), [-k for k in i])))
     indices.flags.writeable = False  # shared by all who ask

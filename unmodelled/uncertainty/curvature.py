@@ -26,24 +26,14 @@ SINGULAR = 1e-3
 
 @dataclass(frozen=True)
 class Curvature:
-    """Second derivatives of the log-likelihood at an estimate, and the resulting normal approximation.
+    """Second derivatives of the log-likelihood at an estimate, and the resulting normal approximation."""
 
-    Attributes:
-        hessian: second derivatives of minus the log-likelihood (observed information), shape (k, k); zero for
-            fixed parameters.
-        covariance: covariance of the estimates, shape (k, k). Directions without curvature get the smallest
-            curvature that counts, so that they show as a large variance; a pseudo-inverse would hide them.
-        std: standard errors, shape (k,).
-        correlation: correlation of the estimates, shape (k, k).
-        flat: combinations of parameters that leave the log-likelihood unchanged, shape (directions, k), in
-            standard errors, of length 1; no rows for a regular problem.
-    """
-
-    hessian: Array
+    hessian: Array  # (k, k), of minus the log-likelihood (observed information); zero for fixed parameters
+    #: (k, k); flat directions get the smallest curvature that counts, where a pseudo-inverse would hide them.
     covariance: Array
-    std: Array
-    correlation: Array
-    flat: Array
+    std: Array  # (k,), standard errors
+    correlation: Array  # (k, k)
+    flat: Array  # (directions, k), of length 1 in standard errors, that leave the log-likelihood unchanged
 
     @property
     def singular(self) -> bool:
@@ -52,16 +42,9 @@ class Curvature:
 
 
 def curvature(objective: Objective, bounds: Array, alpha: Array) -> Curvature:
-    """Compute the curvature of a log-likelihood at an estimate by second differences.
+    """Compute the curvature of a log-likelihood at an estimate (k,) by second differences.
 
-    Next to a bound the differences are taken around the nearest point with enough room.
-
-    Takes objective (B,), bounds (k, 2), alpha (k,).
-
-    Examples:
-        >>> found = curvature(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-1.0, 1.0]]), np.zeros(1))
-        >>> found.hessian.round(6).tolist(), found.std.round(6).tolist()
-        ([[4.0]], [0.5])
+    Next to a bound (k, 2) the differences are taken around the nearest point with enough room.
     """
     box = Box(np.asarray(bounds, float))
     free = np.flatnonzero(box.free)

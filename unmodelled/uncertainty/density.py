@@ -67,10 +67,7 @@ class Density(ABC):
 
 
 def check_spread(mean: Array, std: Array) -> None:
-    """Refuse outputs without spread.
-
-    Takes mean (L,), std (L,).
-    """
+    """Refuse outputs without spread, by their means (L,) and standard deviations (L,)."""
     bad = ~(np.isfinite(mean) & np.isfinite(std) & (std > 0.0))
     if bad.any():
         l = int(np.argmax(bad))
@@ -83,23 +80,10 @@ def check_spread(mean: Array, std: Array) -> None:
 
 @dataclass(frozen=True, eq=False)
 class GaussianDensity(Density):
-    """Gaussian densities: of largest entropy on the whole line for a given mean and variance.
+    """Gaussian densities: of largest entropy on the whole line for a given mean and variance."""
 
-    Attributes:
-        mean: means of the outputs, shape (L,).
-        std: standard deviations of the outputs, shape (L,).
-
-    Raises:
-        BadInput: if a number is not finite, or if a standard deviation is not positive.
-
-    Examples:
-        >>> density = GaussianDensity(np.array([1.0]), np.array([0.5]))
-        >>> density.density(np.array([1.0])).round(4).tolist(), density.cumulative(np.array([1.0])).tolist()
-        ([0.7979], [0.5])
-    """
-
-    mean: Array
-    std: Array
+    mean: Array  # (L,)
+    std: Array  # (L,), positive
 
     def __post_init__(self) -> None:
         check_spread(self.mean, self.std)
@@ -116,18 +100,11 @@ class GaussianDensity(Density):
 
 
 def earth_mover_distance(p: Density, q: Density) -> Array:
-    """Compute the earth mover's distance between two densities (appendix 3.7).
+    """Compute the earth mover's distances (L,) between two densities (appendix 3.7).
 
     It is the smallest mean distance by which the mass of one density must move to become the other one. For a
     single variable this is the area between the cumulative probabilities (Wasserstein distance of order 1),
     computed by the trapezoidal rule to about 1e-5 of the wider window.
-
-    Gives (L,).
-
-    Examples:
-        >>> one, other = (GaussianDensity(np.array([m]), np.array([1.0])) for m in (0.0, 0.3))
-        >>> earth_mover_distance(one, other).round(4).tolist()
-        [0.3]
     """
     ends = (p.window(), q.window())
     y = np.sort(np.concatenate([np.linspace(low, high, POINTS) for low, high in (e.T for e in ends)]), axis=0)

@@ -30,31 +30,15 @@ NEGLIGIBLE = 1e-9
 
 
 class Histogram:
-    """Histograms of L outputs with `BINS` equal bins each; samples can be added in chunks.
-
-    Attributes:
-        low: lower ends of the first bins, shape (L,), in the unit of the outputs.
-        width: widths of the bins, shape (L,), in the unit of the outputs.
-        counts: numbers of samples, shape (BINS, L).
-        size: number of samples of each output so far.
-
-    Examples:
-        >>> histogram = Histogram()
-        >>> histogram.add(np.random.default_rng(0).standard_normal((1000, 2)))
-        >>> histogram.size, histogram.counts.shape
-        (1000, (1024, 2))
-    """
+    """Histograms of L outputs with `BINS` equal bins each; samples can be added in chunks."""
 
     def __init__(self) -> None:
-        self.size = 0
-        self.low = self.width = np.empty(0)
-        self.counts = np.empty((BINS, 0))
+        self.size = 0  # samples of each output so far
+        self.low = self.width = np.empty(0)  # (L,), lower ends of the first bins, widths of all
+        self.counts = np.empty((BINS, 0))  # (BINS, L)
 
     def add(self, samples: Array) -> None:
-        """Add samples; the first chunk sets the ranges, later ones can widen them.
-
-        Takes samples (S, L).
-        """
+        """Add samples (S, L); the first chunk sets the ranges, later ones can widen them."""
         samples = np.ascontiguousarray(samples, np.float64)
         least, most = samples.min(0), samples.max(0)
         finite = np.isfinite(least) & np.isfinite(most)
@@ -108,42 +92,26 @@ class Empirical(Density):
     One further sample, spread as a Gaussian of the samples' mean and standard deviation, is added to the S
     samples: where no samples are, the density is 1 / (S + 1) of that Gaussian, so that its logarithm is
     finite.
-
-    Attributes:
-        low: first knots of the splines, shape (L,), in the unit of the outputs.
-        width: distances of the knots, shape (L,), in the unit of the outputs.
-        pieces: coefficients of shape (4, knots - 1, L) of the cumulative probability, highest power first, in
-            (y - low) / width minus the number of the knot.
-        tails: Gaussian of the samples' mean and standard deviation.
-        share: weight of the Gaussian, 1 / (S + 1).
-
-    Examples:
-        >>> samples = np.random.default_rng(0).standard_normal((100_000, 1))
-        >>> Empirical.of(samples).cumulative(np.array([0.0])).round(2).tolist()
-        [0.5]
     """
 
-    low: Array
-    width: Array
+    low: Array  # (L,), first knots of the splines
+    width: Array  # (L,), distances of the knots
+    #: (4, knots - 1, L), of the cumulative probability, highest power first, in (y - low) / width minus the
+    #: number of the knot.
     pieces: Array
-    tails: GaussianDensity
-    share: float
+    tails: GaussianDensity  # of the samples' mean and standard deviation
+    share: float  # weight of `tails`, 1 / (S + 1)
 
     @classmethod
     def of(cls, samples: Array) -> Empirical:
-        """Estimate densities from samples that fit into memory; otherwise fill a `Histogram`.
-
-        Takes samples (S, L).
-        """
+        """Estimate densities from samples (S, L) that fit into memory; otherwise fill a `Histogram`."""
         histogram = Histogram()
         histogram.add(samples)
         return cls.from_histogram(histogram)
 
     @classmethod
     def from_histogram(cls, histogram: Histogram) -> Empirical:
-        """Estimate densities by Gaussian smoothing of a histogram (`smoothing_width`) and a spline through
-        it.
-        """
+        """Estimate densities by Gaussian smoothing of a histogram and a spline through it."""
         if not histogram.size:
             raise ValueError("the histogram holds no samples")
         shares = histogram.counts / histogram.size
@@ -162,29 +130,17 @@ class Empirical(Density):
         return cls(low, width, spline.c, tails, 1.0 / (histogram.size + 1))
 
     def log_density(self, y: Array) -> Array:
-        """Return the natural logarithm of the densities.
-
-        Takes y (..., L); gives (..., L).
-        """
         a, b, c, _, t = self._piece(y)
         value = (1.0 - self.share) * ((3.0 * a * t + 2.0 * b) * t + c) / self.width
         logarithm = np.log(value, out=np.full_like(value, -np.inf), where=value > 0.0)
         return np.asarray(np.logaddexp(logarithm, np.log(self.share) + self.tails.log_density(y)))
 
     def cumulative(self, y: Array) -> Array:
-        """Return the cumulative probabilities.
-
-        Takes y (..., L); gives (..., L).
-        """
         a, b, c, d, t = self._piece(y)
         inside = ((a * t + b) * t + c) * t + d
         return np.asarray((1.0 - self.share) * inside + self.share * self.tails.cumulative(y))
 
     def window(self) -> Array:
-        """Return the intervals between the knots where the spline rises.
-
-        Gives (L, 2).
-        """
         risen = self.pieces[3]
         first = np.argmax(risen > NEGLIGIBLE, axis=0) - 1
         last = np.argmax(risen > 1.0 - NEGLIGIBLE, axis=0)
@@ -198,14 +154,12 @@ class Empirical(Density):
 
 
 def smoothing_width(shares: Array, std: Array, power: Array, frequency: Array, size: int) -> Array:
-    """Return the standard deviation of the Gaussian that smooths a histogram.
+    """Return the standard deviations (L,), in bins, of the Gaussians that smooth histograms (BINS, L).
 
     The width of least mean integrated squared error is (2 sqrt(pi) size R)^(-1/5), with R the integral of the
     squared second derivative of the density. R is estimated from the samples, smoothed by the same width,
     without products of a sample with itself. The width lies between the bin width of Freedman and Diaconis
     (narrow enough for separate peaks) and the width of Silverman (wide enough for few samples).
-
-    Takes shares (BINS, L), std (L,), power (frequencies, L), frequency (frequencies, 1); gives (L,).
     """
     rising = np.cumsum(shares, axis=0)
     quartiles = np.maximum(np.argmax(rising > 0.75, axis=0) - np.argmax(rising > 0.25, axis=0), 1.0)

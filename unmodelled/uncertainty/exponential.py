@@ -12,15 +12,14 @@ Newton's direction is sum E_target[p_j] p_j(z), for any degree and any width of 
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_legendre
 
 from unmodelled.base.compiling import compiled
 from unmodelled.uncertainty.density import Array
+from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 
 #: Gauss-Legendre nodes; a density counts once a rule finds its moments right that it was not made with.
 RULES = (64, 128, 256, 512, 1024)
@@ -37,16 +36,7 @@ PANELS, NODES = 128, 12
 
 
 def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
-    """Compute the coefficients of the densities of largest entropy with given moments (appendix 3.6).
-
-    Takes moments (L, K + 1), support (L, 2); gives (L, K + 1) and (L,) and (L,).
-
-    Examples:
-        >>> moments, support = np.array([[1.0, 0.0, 1.0, 0.0, 3.0]]), np.array([[-8.0, 8.0]])
-        >>> c, _, solved = maximise_entropy(moments, support)
-        >>> (c.round(4) + 0.0).tolist(), solved.tolist()
-        ([[-0.9189, 0.0, -0.5, 0.0, 0.0]], [True])
-    """
+    """Return coefficients (L, K + 1), Newton steps (L,) and success (L,) for moments (L, K + 1)."""
     start = np.zeros_like(moments)
     start[:, 2] = -0.5
     coefficients = start.copy()
@@ -67,10 +57,7 @@ def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.
 
 @compiled
 def _solve(coefficients: Array, moments: Array, support: Array, nodes: Array, weights: Array) -> Any:
-    """Improve the coefficients (L, K + 1) in place on one quadrature rule.
-
-    Gives (L,).
-    """
+    """Improve the coefficients (L, K + 1) in place on one quadrature rule, and return the steps (L,)."""
     steps = np.empty(len(moments), np.int64)
     for l in range(len(moments)):
         half = 0.5 * (support[l, 1] - support[l, 0])
@@ -81,9 +68,7 @@ def _solve(coefficients: Array, moments: Array, support: Array, nodes: Array, we
 
 @compiled
 def _newton(c: Array, m: Array, z: Array, w: Array) -> int:
-    """Improve the coefficients `c` (K + 1,) of one output in place by damped Newton steps; nodes `z`, weights
-    `w`.
-    """
+    """Improve the coefficients (K + 1,) of one output in place by damped Newton steps."""
     exponent, direction = np.empty_like(z), np.zeros_like(z)
     q, step = np.empty_like(z), np.zeros_like(c)
     for i in range(z.size):
@@ -132,8 +117,7 @@ def _move(
 
 @compiled
 def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Array) -> float:
-    """Compute Newton's direction at the nodes (n,) and as coefficients (K + 1,), and return its squared
-    length.
+    """Compute Newton's direction at nodes (n,) and as coefficients (K + 1,), and return its squared length.
 
     The orthonormal polynomials follow from their three-term recurrence (Stieltjes), with values at the nodes
     in `p` and coefficients in `a`.
@@ -165,39 +149,20 @@ def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Arra
     return float(decrement)
 
 
-@lru_cache
-def gauss_legendre(nodes: int) -> tuple[Array, Array]:
-    """Return a Gauss-Legendre quadrature rule on [-1, 1].
-
-    Gives (n,) and (n,).
-    """
-    points, weights = roots_legendre(nodes)
-    return points, weights
-
-
 def panel_integrals(coefficients: Array, support: Array) -> Array:
-    """Compute the integrals of the densities from their lower ends to the ends of all panels.
-
-    Takes coefficients (L, K + 1), support (L, 2); gives (L, PANELS + 1).
-    """
+    """Compute the integrals (L, PANELS + 1) of the densities from their lower ends to those of all panels."""
     panels: Array = _panels(coefficients, support, *gauss_legendre(NODES))
     return np.asarray(np.cumsum(panels, -1))
 
 
 def integral(coefficients: Array, support: Array, sums: Array, z: Array) -> Array:
-    """Compute the integrals of the densities from their lower ends to given points.
-
-    Takes coefficients (L, K + 1), support (L, 2), sums (L, PANELS + 1), z (points, L); gives (points, L).
-    """
+    """Compute the integrals (points, L) of the densities from their lower ends to points (points, L)."""
     return np.asarray(_integral(coefficients, support, sums, np.ascontiguousarray(z), *gauss_legendre(NODES)))
 
 
 @compiled
 def polynomial(c: Array, z: float) -> float:
-    """Evaluate the polynomial sum c_k z^k.
-
-    Takes c (K + 1,).
-    """
+    """Evaluate the polynomial sum c_k z^k with coefficients (K + 1,)."""
     value = 0.0
     for k in range(c.size - 1, -1, -1):
         value = value * z + c[k]

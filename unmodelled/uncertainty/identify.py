@@ -50,24 +50,14 @@ class Settings:
 
 @dataclass(frozen=True)
 class Identification:
-    """Most likely parameters of a distribution.
+    """Most likely parameters of a distribution."""
 
-    Attributes:
-        alpha: parameters, shape (k,), within the bounds.
-        log_likelihood: natural logarithm of the likelihood of all data at `alpha`.
-        evaluations: number of evaluations of the log-likelihood.
-        trace: best log-likelihood of the first population and after every generation, shape (generations +
-            1,); the final local search can improve on the last value.
-        converged: whether the population converged before the last generation.
-        at_bound: whether each parameter lies on one of its bounds, shape (k,); False for fixed parameters.
-    """
-
-    alpha: Array
-    log_likelihood: float
-    evaluations: int
-    trace: Array
-    converged: bool
-    at_bound: NDArray[np.bool_]
+    alpha: Array  # (k,), within the bounds
+    log_likelihood: float  # of all data at `alpha`
+    evaluations: int  # number of them
+    trace: Array  # (generations + 1,), best so far; the final local search can improve on the last value
+    converged: bool  # before the last generation
+    at_bound: NDArray[np.bool_]  # (k,); False for fixed parameters
 
 
 def identify(
@@ -77,19 +67,7 @@ def identify(
     seed: int = 0,
     description: str | None = None,
 ) -> Identification:
-    """Find the parameters that maximise a log-likelihood, by differential evolution and a local search.
-
-    The same seed gives the same result.
-
-    Takes objective (B,), bounds (k, 2).
-
-    Examples:
-        >>> def log_likelihood(alphas):
-        ...     return -100.0 * (alphas[:, 0] - 0.3) ** 2
-        >>> found = identify(log_likelihood, np.array([[0.0, 1.0]]), Settings(population=8, generations=20))
-        >>> round(float(found.alpha[0]), 3), found.at_bound.tolist()
-        (0.3, [False])
-    """
+    """Maximise a log-likelihood within bounds (k, 2), by differential evolution and a local search."""
     box, chosen = Box(np.asarray(bounds, float)), settings or Settings()
     if not box.free.any():
         raise BadInput("bounds: every parameter is held fixed: free one by different bounds")
@@ -109,10 +87,7 @@ def identify(
 
 
 def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
-    """Return whether free parameters lie on one of their bounds.
-
-    Takes alpha (k,); gives (k,).
-    """
+    """Return whether free parameters of alpha (k,) lie on one of their bounds, (k,)."""
     unit = box.to_unit(alpha)
     found = np.zeros(box.size, bool)
     found[box.free] = np.minimum(unit, 1.0 - unit) < AT_BOUND
@@ -120,9 +95,7 @@ def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
 
 
 def _evolve(seen: Recorder, box: Box, settings: Settings, seed: int, counter: Counter | None) -> bool:
-    """Run differential evolution on the unit cube and return whether it converged; `seen` keeps the best
-    point.
-    """
+    """Run differential evolution on the unit cube and return whether it converged; `seen` keeps the best."""
 
     def falling(units: Array) -> Array:
         alphas = box.to_alpha(units.T)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import roots_legendre
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
+from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 from unmodelled.uncertainty.tracing import follow, steepness
 
 Array = NDArray[np.float64]
@@ -28,26 +27,19 @@ FLAT, REFINEMENT = 1e-6, 4
 class Monotone:
     """Bicubic surfaces of L outputs over the bounds of one or two parameters, mirrored so that they rise.
 
-    Attributes:
-        bounds: lower and upper bounds, shape (n, 2).
-        tables: values and slopes per cell, alternating, of shape (L, 2 m_1, 2 m_2), over the unit square;
-            with one parameter nothing changes along the second axis.
-        falling: whether each axis is mirrored, shape (L, n).
-        direction: axis along which a surface rises (0, 1, or 2 for both), shape (L,); level curves are
-            followed by lines of this direction.
+    With one parameter nothing changes along the second axis.
     """
 
-    bounds: Array
+    bounds: Array  # (n, 2)
+    #: (L, 2 m_1, 2 m_2), values and slopes per cell, alternating, over the unit square.
     tables: Array
-    falling: NDArray[np.bool_]
+    falling: NDArray[np.bool_]  # (L, n), whether an axis is mirrored
+    #: (L,), axis along which a surface rises and lines meet its level curves: 0, 1, or 2 for both.
     direction: NDArray[np.int64]
 
     @classmethod
     def of(cls, names: Sequence[str], bounds: Array, values: Array, hermite: Array) -> Monotone:
-        """Find the directions along which the outputs are monotone.
-
-        Takes bounds (n, 2), values (m_1, ..., m_n, L), hermite (2 m_1, ..., 2 m_n, L).
-        """
+        """Find the directions along which outputs are monotone, from values (m_1, ..., m_n, L) at nodes."""
         n = len(names)
         if n > 2:
             raise BadInput(
@@ -78,17 +70,15 @@ class Monotone:
         return cls(bounds, tables, falling, 2 - np.argmax(usable[:, ::-1], axis=1))
 
     def curves(self, y: Array, ends: Array, nodes: int) -> LevelCurves:
-        """Follow level curves of the outputs.
-
-        Takes y (P, L), ends (n, 2).
-        """
+        """Follow the level curves of values (P, L) of the outputs within the box `ends` (n, 2)."""
         n, outputs = len(self.bounds), len(self.tables)
         low, width = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
         start, stop = (ends - low[:, None]).T / width
         part = np.tile([0.0, 1.0], (outputs, 2, 1))
         part[:, :n, 0] = np.where(self.falling, 1.0 - stop, start)
         part[:, :n, 1] = stop - start
-        points, weights = _quadrature(nodes if n == 2 else 1)
+        points, weights = gauss_legendre(nodes if n == 2 else 1)
+        points, weights = 0.5 + 0.5 * points, 0.5 * weights
         share, along = np.empty((2, *y.shape, len(points), 2))
         last = np.empty(y.shape)
         # a copy: for an array that cannot be written to, all of this would be compiled once more
@@ -106,36 +96,22 @@ class Monotone:
 @final
 @dataclass(frozen=True, eq=False)
 class LevelCurves:
-    """Quadrature nodes along the level curves of P values of L outputs, for independent parameters.
+    """Quadrature nodes along the level curves of P values of L outputs, for independent parameters."""
 
-    Attributes:
-        theta: nodes of shape (P, L, K, n).
-        weights: weights of shape (P, L, K, 2), of products of densities and of products with F_1 instead of
-            f_1.
-        end: value of the last parameter at the end of each curve, shape (P, L).
-        falling: whether an output falls along an axis, shape (L, n).
-    """
-
-    theta: Array
-    weights: Array
-    end: Array
-    falling: NDArray[np.bool_]
+    theta: Array  # (P, L, K, n), nodes
+    weights: Array  # (P, L, K, 2), of products of densities, and of those with F_1 instead of f_1
+    end: Array  # (P, L), value of the last parameter at the end of each curve
+    falling: NDArray[np.bool_]  # (L, n), whether an output falls along an axis
 
     def density(self, families: Sequence[Family], alpha: Array) -> Array:
-        """Return the densities of the outputs at the values.
-
-        Takes alpha (n, 2); gives (P, L).
-        """
+        """Return the densities (P, L) of the outputs at the values, for a distribution (n, 2)."""
         product = self.weights[..., 0].copy()
         for i, (family, two) in enumerate(zip(families, alpha, strict=True)):
             product *= family.density(self.theta[..., i], two)
         return np.asarray(product.sum(-1))
 
     def cumulative(self, families: Sequence[Family], alpha: Array) -> Array:
-        """Return the probabilities of outputs up to the values.
-
-        Takes alpha (n, 2); gives (P, L).
-        """
+        """Return the probabilities (P, L) of outputs up to the values, for a distribution (n, 2)."""
         below = families[0].cumulative(self.theta[..., 0], alpha[0])
         product = self.weights[..., 1] * np.where(self.falling[:, None, 0], 1.0 - below, below)
         if len(families) == 1:
@@ -143,12 +119,6 @@ class LevelCurves:
         below = families[1].cumulative(self.end, alpha[1])
         product *= families[1].density(self.theta[..., 1], alpha[1])
         return np.asarray(product.sum(-1) + np.where(self.falling[:, 1], 1.0 - below, below))
-
-
-@lru_cache
-def _quadrature(nodes: int) -> tuple[Array, Array]:
-    points, weights = roots_legendre(nodes)
-    return 0.5 + 0.5 * points, 0.5 * weights
 
 
 def _fall(values: Array, axis: int) -> Array:

@@ -21,19 +21,13 @@ TAIL = 1e-4
 
 
 def tail_floor(spans: Array, tail: float = TAIL) -> Array:
-    """Return the smallest log-densities that count, log(tail / range).
+    """Return the smallest log-densities (L,) that count, log(tail / range), for ranges `spans` (L, 2).
 
     A clipped distribution gives outputs of a limited range: one datum outside of it would make the likelihood
     zero for every alpha, and one far in a tail, where moments and samples carry no information, would decide
     alone. The default lies below the resolution of the benchmark in the text: one of its 200 000 samples in
     one of 100 bins is a density of 5e-4 / range. The range is that of the response over its bounds, so that
     the limit does not depend on the identified parameters.
-
-    Takes spans (L, 2); gives (L,).
-
-    Examples:
-        >>> tail_floor(np.array([[0.0, 2.0]])).round(4).tolist()
-        [-9.9035]
     """
     return np.asarray(np.log(tail / (spans[:, 1] - spans[:, 0])))
 
@@ -41,15 +35,10 @@ def tail_floor(spans: Array, tail: float = TAIL) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class LogLikelihood:
-    """Log-likelihoods of L data, under one distribution of the parameters or each of a batch.
+    """Log-likelihoods of L data, under one distribution of the parameters or each of a batch."""
 
-    Attributes:
-        each: natural log-likelihoods of shape (..., L), of densities in one over the unit of the outputs.
-        floored: whether the lower limit replaced them, shape (..., L).
-    """
-
-    each: Array
-    floored: NDArray[np.bool_]
+    each: Array  # (..., L), of densities in one over the unit of the outputs
+    floored: NDArray[np.bool_]  # (..., L), whether the lower limit replaced them
 
     @property
     def total(self) -> Array:
@@ -63,47 +52,23 @@ class LogLikelihood:
 
 
 def log_likelihoods(density: Density, y: Array, floor: Array | float = -np.inf) -> LogLikelihood:
-    """Compute the log-likelihoods of data under the densities of the outputs.
-
-    Takes y (L,), floor (L,).
-
-    Examples:
-        >>> from unmodelled.uncertainty.density import GaussianDensity
-        >>> density = GaussianDensity(np.zeros(2), np.ones(2))
-        >>> found = log_likelihoods(density, np.array([0.0, 9.0]), floor=-10.0)
-        >>> round(float(found.total), 4), int(found.hits)
-        (-10.9189, 1)
-    """
+    """Compute the log-likelihoods of data (L,) under the densities of the outputs, with a floor (L,)."""
     return floored(density.log_density(y), floor)
 
 
 def floored(log_density: Array, floor: Array | float) -> LogLikelihood:
-    """Return log-densities with a lower limit.
-
-    Takes log_density (..., L), floor (L,).
-    """
+    """Return log-densities (..., L) with a lower limit (L,)."""
     above = log_density >= floor
     return LogLikelihood(np.where(above, log_density, floor), ~above)
 
 
 def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
-    """Return a function that computes log-densities of data for a batch of distributions, one after the
-    other.
-
-    Takes propagation (n, 2), y (L,); gives (B, n, 2) and (B, L).
-    """
-
-    def each(alphas: Array) -> Array:
-        return np.stack([propagation(alpha).log_density(y) for alpha in alphas])
-
-    return each
+    """Return the log-densities (B, L) of data (L,) as a function of distributions (B, n, 2), one by one."""
+    return lambda alphas: np.stack([propagation(alpha).log_density(y) for alpha in alphas])
 
 
 def objective(log_density: LogDensity, floor: Array | float = -np.inf) -> Callable[[Array], Array]:
-    """Return the total log-likelihood as a function of flat parameters, in the order of the text.
-
-    Takes floor (L,); gives (B, 2 n) and (B,).
-    """
+    """Return the log-likelihoods (B,) as a function of flat parameters (B, 2 n), in the order of the text."""
 
     def total(flat: Array) -> Array:
         alphas = flat.reshape(len(flat), 2, -1).swapaxes(1, 2)

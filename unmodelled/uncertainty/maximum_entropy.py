@@ -21,38 +21,20 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class MaximumEntropy(Density):
-    """Densities exp(sum c_k z^k) of z = (y - mean) / std on an interval, zero outside (eq. 3.15, with c =
-    -lambda).
+    """Densities exp(sum c_k z^k) of z = (y - mean) / std on an interval, zero outside (eq. 3.15)."""
 
-    Attributes:
-        mean: means of the outputs, shape (L,).
-        std: standard deviations of the outputs, shape (L,).
-        coefficients: coefficients c of the density of z, shape (K + 1, L), with integral 1.
-        support: ends of the intervals, shape (L, 2), in the unit of the outputs.
-        fallback: whether no density with these moments was found, shape (L,); it is then the Gaussian of the
-            same mean and standard deviation, truncated to the interval.
-        iterations: numbers of Newton steps, shape (L,), also of fits that failed.
-    """
-
-    mean: Array
-    std: Array
-    coefficients: Array
-    support: Array
+    mean: Array  # (L,)
+    std: Array  # (L,)
+    coefficients: Array  # (K + 1, L), of the density of z, with integral 1
+    support: Array  # (L, 2), in the unit of the outputs
+    #: (L,), whether no density with these moments was found; it is then the Gaussian of the same mean and
+    #: standard deviation, truncated to the interval.
     fallback: NDArray[np.bool_]
-    iterations: NDArray[np.int64]
+    iterations: NDArray[np.int64]  # (L,), Newton steps, also of fits that failed
 
     @classmethod
     def fit(cls, mean: Array, std: Array, moments: Array, support: Array | None = None) -> MaximumEntropy:
-        """Compute the densities of largest entropy with given moments (eq. 3.13).
-
-        Takes mean (L,), std (L,), moments (K, L), support (L, 2).
-
-        Examples:
-            >>> moments = np.array([[0.0], [1.0], [0.0], [3.0]])  # of a normal distribution
-            >>> density = MaximumEntropy.fit(np.array([2.0]), np.array([0.5]), moments)
-            >>> density.density(np.array([2.0])).round(4).tolist(), density.fallback.tolist()
-            ([0.7979], [False])
-        """
+        """Compute the densities of largest entropy with standardised moments (K, L) (eq. 3.13)."""
         mean, std, moments = (np.asarray(a, np.float64) for a in (mean, std, moments))
         _check_moments(mean, std, moments)
         limits = GaussianDensity(mean, std).window()
@@ -67,10 +49,6 @@ class MaximumEntropy(Density):
         return cls(mean, std, coefficients.T, limits, ~solved, iterations)
 
     def log_density(self, y: Array) -> Array:
-        """Return the natural logarithm of the densities.
-
-        Takes y (..., L); gives (..., L).
-        """
         low, high = self.support.T
         z = (np.clip(y, low, high) - self.mean) / self.std
         value = np.zeros_like(z)
@@ -79,19 +57,11 @@ class MaximumEntropy(Density):
         return np.where((y < low) | (y > high), -np.inf, value - np.log(self.std))
 
     def cumulative(self, y: Array) -> Array:
-        """Return the cumulative probabilities, by Gauss-Legendre quadrature to about 1e-10.
-
-        Takes y (..., L); gives (..., L).
-        """
         z = (y - self.mean) / self.std
         points = exponential.integral(*self._standardised, self._sums, z.reshape(-1, self.mean.size))
         return np.asarray(points.reshape(z.shape))
 
     def window(self) -> Array:
-        """Return the intervals where the densities are not zero.
-
-        Gives (L, 2).
-        """
         return self.support
 
     @cached_property

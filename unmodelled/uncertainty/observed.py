@@ -31,25 +31,16 @@ class Observed:
 
     The density of a datum under a parameter distribution is a sum over fixed nodes. The parameters' densities
     are interpolated from tables, which is fast; `PushForward` is more accurate for densities with jumps.
-
-    Attributes:
-        names: names of the n parameters.
-        bounds: lower and upper bounds, shape (n, 2).
-        position: nodes of shape (L, K, n), in cells of the tables.
-        weight: weights of the nodes, shape (L, K).
     """
 
     names: tuple[str, ...]
-    bounds: Array
-    position: Array
-    weight: Array
+    bounds: Array  # (n, 2)
+    position: Array  # (L, K, n), nodes in cells of the tables
+    weight: Array  # (L, K)
 
     @classmethod
     def of(cls, names: Sequence[str], surface: Monotone, y: Array) -> Observed:
-        """Follow the level curves of data.
-
-        Takes y (L,).
-        """
+        """Follow the level curves of data (L,)."""
         if y.shape != surface.direction.shape:
             raise BadInput(
                 f"data must be one number for each of {surface.direction.size} outputs, got shape {y.shape}"
@@ -62,10 +53,7 @@ class Observed:
         )
 
     def log_density(self, families: Sequence[Family], alphas: Array) -> Array:
-        """Return the natural logarithms of the densities at the data.
-
-        Takes alphas (B, n, 2); gives (B, L).
-        """
+        """Return the natural logarithms (B, L) of the densities at the data under distributions (B, n, 2)."""
         tables = np.empty((len(alphas), len(families), CELLS + 1))
         low, high = self.bounds.T
         grids = np.linspace(low, high, CELLS + 1)
@@ -78,18 +66,7 @@ class Observed:
 
 
 def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str], bounds: Array) -> None:
-    """Refuse a parameter distribution that a family does not have, or that reaches outside the bounds.
-
-    Takes alpha (n, 2), bounds (n, 2).
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Gaussian
-        >>> check_confined([Gaussian()], np.array([[1.0, 0.1]]), ["mass"], np.array([[0.9, 1.1]]))
-        Traceback (most recent call last):
-            ...
-        unmodelled.base.errors.BadInput: mass lies outside 0.9 to 1.1, where the response is known, with
-        probability 0.32: clip its distribution or widen the bounds
-    """
+    """Refuse a distribution (n, 2) that a family does not have, or that reaches outside the bounds (n, 2)."""
     for family, two, name, (low, high) in zip(families, alpha, names, bounds, strict=True):
         try:
             family.check(two)
@@ -109,10 +86,7 @@ def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str
 
 @compiled
 def _products(position: Array, weight: Array, tables: Array) -> Array:
-    """Return sums (B, L) over K nodes of weights times tabulated functions of their coordinates.
-
-    Takes position (L, K, n), weight (L, K), tables (B, n, M).
-    """
+    """Return sums (B, L) over K nodes of weights (L, K) times tabulated functions of their coordinates."""
     batch, cells = len(tables), tables.shape[2] - 1
     outputs, nodes, n = position.shape
     total = np.zeros((batch, outputs))

@@ -1,4 +1,4 @@
-"""Profile likelihood of distribution parameters: the information of the data on each parameter.
+"""Profile likelihood of distribution parameters: the information of the data on each, and on pairs of them.
 
 Raue et al., Structural and practical identifiability analysis of partially observed dynamical models by
 exploiting the profile likelihood, Bioinformatics 25 (2009).
@@ -9,7 +9,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,30 +35,21 @@ RISE, LARGEST_RISE = 0.35, 0.8
 SHORTEST, LONGEST = 1e-3, 0.1
 #: Log-likelihood above the optimum, or the warm start's, that is more than the climbing's error.
 BETTER = 1e-3
+#: Places between the bounds of every other parameter where the search of a pair may start.
+SPREAD = (0.1, 0.5, 0.9)
 
 
 @dataclass(frozen=True)
 class Profile:
-    """Highest log-likelihood for values of one parameter, between its bounds or up to a deviance of 6.
+    """Highest log-likelihood for values of one parameter, between its bounds or up to a deviance of 6."""
 
-    Attributes:
-        index: index of the parameter.
-        bounds: lower and upper bound of the parameter.
-        alphas: all parameters, the others optimised, shape (P, k), sorted by this parameter; the optimum is
-            one of them.
-        log_likelihood: log-likelihoods of shape (P,).
-        deviance: twice the loss of log-likelihood against the optimum, shape (P,).
-        low: lower end of the 95 % interval; None if the data set no limit above the lower bound.
-        high: upper end of the 95 % interval; None if the data set no limit below the upper bound.
-    """
-
-    index: int
+    index: int  # of the parameter
     bounds: tuple[float, float]
-    alphas: Array
-    log_likelihood: Array
-    deviance: Array
-    low: float | None
-    high: float | None
+    alphas: Array  # (P, k), sorted by this parameter, the others optimised; the optimum is one of them
+    log_likelihood: Array  # (P,)
+    deviance: Array  # (P,), twice the loss of log-likelihood against the optimum
+    low: float | None  # of the 95 % interval; None if the data set no limit above the lower bound
+    high: float | None  # likewise
 
     @property
     def values(self) -> Array:
@@ -68,27 +59,17 @@ class Profile:
 
 @dataclass(frozen=True)
 class Profiles:
-    """Profiles of all free parameters around one optimum.
+    """Profiles of all free parameters around one optimum."""
 
-    Attributes:
-        alpha: parameters of the optimum, shape (k,).
-        log_likelihood: log-likelihood of the optimum.
-        gain: log-likelihood by which this optimum exceeds the given one; 0 if no profile found a better one.
-        curves: profile of each free parameter.
-        evaluations: number of evaluations of the log-likelihood.
-    """
-
-    alpha: Array
-    log_likelihood: float
-    gain: float
-    curves: tuple[Profile, ...]
-    evaluations: int
+    alpha: Array  # (k,), of the optimum
+    log_likelihood: float  # of the optimum
+    gain: float  # over the given optimum; 0 if no profile found a better one
+    curves: tuple[Profile, ...]  # of the free parameters
+    evaluations: int  # of the log-likelihood
 
     @property
     def intervals(self) -> Array:
-        """95 % intervals of shape (k, 2): infinite on a side without a limit, of zero width for a fixed
-        parameter.
-        """
+        """95 % intervals, shape (k, 2): infinite on a side without a limit, of zero width if fixed."""
         ends = np.column_stack([self.alpha, self.alpha])
         for c in self.curves:
             ends[c.index] = -np.inf if c.low is None else c.low, np.inf if c.high is None else c.high
@@ -96,17 +77,9 @@ class Profiles:
 
 
 def profile(objective: Objective, bounds: Array, alpha: Array, description: str | None = None) -> Profiles:
-    """Compute the profile likelihood of every free parameter, from the optimum to both sides with warm
-    starts.
+    """Compute the profile of every free parameter, from the optimum (k,) to both sides with warm starts.
 
     If a better optimum is found on the way, it replaces the given one and the profiles start again.
-
-    Takes objective (B,), bounds (k, 2), alpha (k,).
-
-    Examples:
-        >>> found = profile(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-2.0, 2.0]]), np.zeros(1))
-        >>> found.intervals.round(2).tolist()  # 0 plus or minus 1.96 standard errors of 0.5
-        [[-0.98, 0.98]]
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     start = optimum = evaluated_optimum(seen, box, alpha)
@@ -119,10 +92,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
 
 
 def evaluated_optimum(seen: Recorder, box: Box, alpha: Array) -> Peak:
-    """Return a given optimum, moved into the bounds, with its log-likelihood.
-
-    Takes alpha (k,).
-    """
+    """Return a given optimum (k,), moved into the bounds, with its log-likelihood."""
     inside = box.clip(alpha)
     height = float(seen(inside[None])[0])
     if not np.isfinite(height):
@@ -162,19 +132,12 @@ def _curves(seen: Recorder, box: Box, optimum: Peak, counter: Counter | None) ->
 
 @dataclass(frozen=True)
 class Walk:
-    """Path along one parameter on which the others follow at the highest log-likelihood.
-
-    Attributes:
-        seen: objective that records its evaluations.
-        box: bounds of k parameters.
-        optimum: point to start from.
-        index: index of the parameter.
-    """
+    """Path along one parameter on which the others follow at the highest log-likelihood."""
 
     seen: Recorder
     box: Box
-    optimum: Peak
-    index: int
+    optimum: Peak  # point to start from
+    index: int  # of the parameter
 
     @cached_property
     def axis(self) -> Box:
@@ -182,9 +145,7 @@ class Walk:
         return Box(self.box.bounds[[self.index]])
 
     def to_side(self, sign: int, std: float) -> list[Peak]:
-        """Return the points of the path on one side, from the optimum outwards, up to a deviance of 6 or a
-        bound.
-        """
+        """Return the points on one side, from the optimum outwards, up to a deviance of 6 or a bound."""
         here = self.unit(self.optimum)
         one_std = float(self.axis.to_unit([self.optimum.alpha[self.index] + sign * std])[0])
         step = float(np.clip(RISE * abs(one_std - here), SHORTEST, LONGEST))
@@ -201,11 +162,7 @@ class Walk:
         return self._looked_back(points)[1:]
 
     def follow(self, unit: float, *known: Peak) -> Peak:
-        """Find the highest point with the parameter fixed, starting from known points.
-
-        The climb starts from the last known point, or from the straight line through two known points if that
-        is higher.
-        """
+        """Climb with the parameter fixed, from the last known point or, if higher, the line through two."""
         pinned = self.box.pinned({self.index: float(self.axis.to_alpha([unit])[0])})
         starts = pinned.clip([known[-1].alpha])
         if len(known) > 1:
@@ -243,3 +200,63 @@ class Walk:
             if float(self.seen(moved[None])[0]) > out[k].log_likelihood + BETTER:
                 out[k] = self.follow(self.unit(out[k]), out[k + 1])
         return out
+
+
+@dataclass(frozen=True)
+class PairProfile:
+    """Highest log-likelihood on a grid of two parameters, with the other parameters optimised."""
+
+    first: Array  # (P,), values
+    second: Array  # (Q,), values
+    alphas: Array  # (P, Q, k), all parameters
+    deviance: Array  # (P, Q), twice the loss of log-likelihood against the optimum
+    alpha: Array  # (k,), of the optimum
+    log_likelihood: float  # of the optimum
+    gain: float  # over the given optimum; 0 if the grid found no better one
+
+
+def profile_pair(
+    objective: Objective,
+    bounds: Array,
+    alpha: Array,
+    pair: tuple[int, int],
+    first: Array,
+    second: Array,
+    description: str | None = None,
+) -> PairProfile:
+    """Compute the profile likelihood of two parameters, from the optimum (k,) outwards with warm starts."""
+    box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
+    given = evaluated_optimum(seen, box, alpha)
+    shape = len(first), len(second)
+    alphas, heights = np.tile(given.alpha, (*shape, 1)), np.full(shape, -np.inf)
+    with ExitStack() as stack:
+        counter = stack.enter_context(Counter(heights.size, description)) if description else None
+        done = np.zeros(shape, bool)
+        for count, (p, q) in enumerate(_outwards(first, second, given.alpha[list(pair)]), start=1):
+            pinned = box.pinned({pair[0]: float(first[p]), pair[1]: float(second[q])})
+            near = np.s_[max(p - 1, 0) : p + 2, max(q - 1, 0) : q + 2]
+            starts = pinned.clip(np.vstack([given.alpha, alphas[near][done[near]], _spread(pinned)]))
+            peak, _ = climb(seen, pinned, starts[int(np.argmax(seen(starts)))])
+            alphas[p, q], heights[p, q], done[p, q] = peak.alpha, peak.log_likelihood, True
+            if counter:
+                counter.update(count)
+    best = given
+    if seen.peak.log_likelihood > given.log_likelihood + BETTER:
+        best, _ = climb(seen, box, seen.peak.alpha)
+    top = best.log_likelihood
+    deviance = np.maximum(2.0 * (top - heights), 0.0)
+    gain = top - given.log_likelihood
+    return PairProfile(np.asarray(first), np.asarray(second), alphas, deviance, best.alpha, top, gain)
+
+
+def _spread(box: Box) -> Array:
+    """Return starts (S, k) spread over the free parameters, in case the optimum moves to another region."""
+    shares = np.array(list(product(SPREAD, repeat=int(box.free.sum()))))
+    return box.to_alpha(shares)
+
+
+def _outwards(first: Array, second: Array, centre: Array) -> list[tuple[int, int]]:
+    """Return the cells of a grid, nearest to a point first, so that each has an earlier neighbour."""
+    p0, q0 = int(np.argmin(np.abs(first - centre[0]))), int(np.argmin(np.abs(second - centre[1])))
+    cells = [(p, q) for p in range(len(first)) for q in range(len(second))]
+    return sorted(cells, key=lambda c: abs(c[0] - p0) + abs(c[1] - q0))

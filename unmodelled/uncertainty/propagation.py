@@ -6,6 +6,7 @@ Each method is a function of alpha of shape (n, 2), the parameters of the n dist
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import comb
@@ -45,20 +46,7 @@ class Propagation(Protocol):
 @final
 @dataclass(frozen=True)
 class ChaosGaussian:
-    """Propagation to Gaussians with the mean and variance of polynomial chaos.
-
-    Attributes:
-        response: outputs as a function of the parameters.
-        chaos: polynomial chaos expansion.
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Gaussian
-        >>> from unmodelled.uncertainty.response import Formula
-        >>> double = Formula(("theta",), np.array([[-9.0, 9.0]]), lambda theta: 2.0 * theta)
-        >>> density = ChaosGaussian(double, Chaos((Gaussian(),), 1, 2))(np.array([[1.0, 0.3]]))
-        >>> density.mean.round(6).tolist(), density.std.round(6).tolist()
-        ([2.0], [0.6])
-    """
+    """Propagation to Gaussians with the mean and variance of polynomial chaos."""
 
     response: Response
     chaos: Chaos
@@ -71,19 +59,12 @@ class ChaosGaussian:
 @final
 @dataclass(frozen=True, eq=False)
 class ChaosMaximumEntropy:
-    """Propagation to densities of largest entropy with the first moments of polynomial chaos.
-
-    Attributes:
-        response: outputs as a function of the parameters.
-        chaos: polynomial chaos expansion.
-        moments: number of moments; default 4.
-        support: intervals that can hold the outputs, shape (L, 2), such as `ResponseSurface.spans`; default
-            None: unknown.
-    """
+    """Propagation to densities of largest entropy with the first moments of polynomial chaos."""
 
     response: Response
     chaos: Chaos
-    moments: int = 4
+    moments: int = 4  # number of them
+    #: (L, 2), intervals that can hold the outputs, such as `ResponseSurface.spans`.
     support: Array | None = None
 
     def __call__(self, alpha: Array) -> MaximumEntropy:
@@ -99,12 +80,7 @@ class ChaosMaximumEntropy:
 @final
 @dataclass(frozen=True)
 class ExactPushForward:
-    """Propagation to exact densities, of a response that is monotone along one of its parameters at least.
-
-    Attributes:
-        surface: interpolated response.
-        families: families of the n independent parameters.
-    """
+    """Propagation to exact densities, of a response that is monotone along a parameter at least."""
 
     surface: ResponseSurface
     families: tuple[Family, ...]
@@ -113,86 +89,67 @@ class ExactPushForward:
         return PushForward(self.surface, self.families, alpha)
 
 
+@dataclass(frozen=True)
+class _Sampled(ABC):
+    """Propagation to histograms of the outputs of samples."""
+
+    response: Response
+    families: tuple[Family, ...]
+    samples: int
+
+    @abstractmethod
+    def theta(self, alpha: Array) -> Array:
+        """Return the samples (S, n) for a distribution (n, 2)."""
+
+    def outputs(self, alpha: Array) -> Iterator[Array]:
+        """Yield the outputs (block, L) of the samples for a distribution (n, 2)."""
+        theta = self.theta(alpha)
+        for i in range(0, len(theta), BLOCK):
+            yield evaluate_response(self.response, theta[i : i + BLOCK])
+
+    def __call__(self, alpha: Array) -> Empirical:
+        histogram = Histogram()
+        for y in self.outputs(alpha):
+            histogram.add(y)
+        return Empirical.from_histogram(histogram)
+
+
 @final
 @dataclass(frozen=True)
-class MonteCarlo:
+class MonteCarlo(_Sampled):
     """Propagation to histograms of random samples.
 
     Every alpha uses the same random numbers, so that the density varies smoothly with alpha.
-
-    Attributes:
-        response: outputs as a function of the parameters.
-        families: families of the n independent parameters.
-        samples: number of samples S.
-        seed: seed of the random generator.
     """
 
-    response: Response
-    families: tuple[Family, ...]
-    samples: int
     seed: int
 
-    def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Yield the outputs of the samples in blocks.
-
-        Takes alpha (n, 2); gives (block, L).
-        """
-        generator = np.random.default_rng(self.seed)
-        return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
-
-    def __call__(self, alpha: Array) -> Empirical:
-        return _empirical(self.outputs(alpha))
+    def theta(self, alpha: Array) -> Array:
+        return draw(self.families, alpha, self.samples, np.random.default_rng(self.seed))
 
 
 @final
 @dataclass(frozen=True)
-class QuasiMonteCarlo:
-    """Propagation to histograms of the outputs on an even grid of probabilities (`even_grid`).
+class QuasiMonteCarlo(_Sampled):
+    """Propagation to histograms of the outputs on an even grid of about `samples` probabilities."""
 
-    Attributes:
-        response: outputs as a function of the parameters.
-        families: families of the n independent parameters.
-        samples: approximate number of samples.
-    """
-
-    response: Response
-    families: tuple[Family, ...]
-    samples: int
-
-    def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Yield the outputs of the samples in blocks.
-
-        Takes alpha (n, 2); gives (block, L).
-        """
-        return _outputs(self.response, even_grid(self.families, alpha, self.samples))
-
-    def __call__(self, alpha: Array) -> Empirical:
-        return _empirical(self.outputs(alpha))
+    def theta(self, alpha: Array) -> Array:
+        return even_grid(self.families, alpha, self.samples)
 
 
 def of_moments(
     blocks: Iterable[Array], count: int, support: Array | None = None
 ) -> GaussianDensity | MaximumEntropy:
-    """Return densities with the moments of samples (figure 3.12) instead of those of polynomial chaos.
-
-    Takes blocks (block, L), support (L, 2).
-    """
+    """Return densities with the moments of samples (block, L) (figure 3.12), not of polynomial chaos."""
     mean, std, moments = sample_moments(blocks, count)
     return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
 
 
 def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, Array]:
-    """Compute moments of samples that arrive in blocks.
+    """Compute mean (L,), std (L,) and moments (count, L) of samples that arrive in blocks (block, L).
 
     Powers of the distance from the first block's mean, in its standard deviations, are summed and shifted to
     the mean of all samples at the end: no cancellation occurs, and no sample is stored.
-
-    Takes blocks (block, L); gives (L,) and (L,) and (count, L).
-
-    Examples:
-        >>> mean, std, moments = sample_moments([np.array([[0.0], [1.0]]), np.array([[2.0], [3.0]])], 4)
-        >>> mean.tolist(), std.round(4).tolist(), moments[3].round(2).tolist()
-        ([1.5], [1.118], [1.64])
     """
     if count < 2:
         raise BadInput(f"moments must be at least 2, got {count}")
@@ -217,30 +174,10 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
 
 
 def standardised(raw: Array) -> tuple[Array, Array, Array]:
-    """Convert raw moments to standardised moments.
-
-    Takes raw (count + 1, L); gives (L,) and (L,) and (count, L).
-
-    Examples:
-        >>> mean, std, moments = standardised(np.array([[1.0], [2.0], [5.0]]))
-        >>> mean.tolist(), std.tolist(), moments.tolist()
-        ([2.0], [1.0], [[0.0], [1.0]])
-    """
+    """Convert raw moments (count + 1, L) to mean (L,), std (L,) and standardised moments (count, L)."""
     count = len(raw) - 1
     central = [
         sum(comb(k, j) * raw[j] * (-raw[1]) ** (k - j) for j in range(k + 1)) for k in range(count + 1)
     ]
     std = np.sqrt(central[2])
     return raw[1], std, np.stack([central[k] / std**k for k in range(1, count + 1)])
-
-
-def _outputs(response: Response, theta: Array) -> Iterator[Array]:
-    for i in range(0, len(theta), BLOCK):
-        yield evaluate_response(response, theta[i : i + BLOCK])
-
-
-def _empirical(blocks: Iterable[Array]) -> Empirical:
-    histogram = Histogram()
-    for y in blocks:
-        histogram.add(y)
-    return Empirical.from_histogram(histogram)

@@ -43,41 +43,25 @@ class PushForward(Density):
     over x - y of the unit box instead of theta_1. This resolves level curves of any slope, and so any small
     standard deviation of either parameter. Gauss-Legendre nodes lie between the points where the curve enters
     and leaves the box of practically all probability, so that clipped densities are computed accurately.
-
-    Attributes:
-        surface: interpolated response of L outputs.
-        families: families of the n independent parameters.
-        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
-
-    Raises:
-        BadInput: if a family has no distribution alpha, or if the probability outside the bounds of the
-            surface exceeds 1e-6; on evaluation, if an output is not monotone along any axis, or if there are
-            more than two parameters.
     """
 
     surface: ResponseSurface
     families: tuple[Family, ...]
-    alpha: Array
+    alpha: Array  # (n, 2)
 
     def __post_init__(self) -> None:
         check_confined(self.families, self.alpha, self.surface.names, self.surface.bounds)
 
     def log_density(self, y: Array) -> Array:
-        """Return the natural logarithm of the densities.
-
-        Takes y (..., L); gives (..., L).
-        """
         rows = np.reshape(y, (-1, np.shape(y)[-1]))
         blocks = [curves.density(self.families, self.alpha) for curves in self._curves(rows)]
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(np.concatenate(blocks)).reshape(np.shape(y)))
 
     def cumulative(self, y: Array) -> Array:
-        """Return the cumulative probabilities, by cubic interpolation between `KNOTS` values.
+        """Return the probabilities (..., L) up to y (..., L), by cubic interpolation between `KNOTS` values.
 
         The first call takes as long as `KNOTS` densities.
-
-        Takes y (..., L); gives (..., L).
         """
         low, step, below, density = self._table
         place = np.clip((y - low) / step, 0.0, KNOTS - 1.0)
@@ -91,10 +75,6 @@ class PushForward(Density):
         return np.clip(value, here, there)
 
     def window(self) -> Array:
-        """Return the ranges of the outputs over the box that contains practically all parameters.
-
-        Gives (L, 2).
-        """
         low, high = self._box(WINDOW_TAIL).T
         axes = np.linspace(low, high, CORNERS).T
         theta = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
@@ -103,9 +83,7 @@ class PushForward(Density):
 
     @cached_property
     def _table(self) -> tuple[Array, Array, Array, Array]:
-        """Lowest knots (L,), spacings (L,), cumulative probabilities and densities at the knots, (KNOTS, L)
-        each.
-        """
+        """Lowest knots (L,), their spacings (L,), cumulative probabilities and densities (KNOTS, L)."""
         low, high = self.window().T
         knots = np.linspace(low, high, KNOTS)
         blocks = [
@@ -132,16 +110,7 @@ class PushForward(Density):
 
 
 def monotone_density(function: Callable[[Array], Array], family: Family, alpha: Array) -> PushForward:
-    """Compute the exact densities of monotone functions of one parameter (footnote 4).
-
-    Takes function (S, L), alpha (1, 2).
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Uniform
-        >>> square = monotone_density(lambda theta: theta**2, Uniform(), np.array([[1.0, 2.0]]))
-        >>> square.density(np.array([2.25])).round(4).tolist()  # 1 / (2 sqrt(y))
-        [0.3333]
-    """
+    """Compute the exact densities of monotone functions (S, L) of one parameter (footnote 4)."""
     ends = np.clip(family.quantile(np.array([TAIL, 1.0 - TAIL]), alpha[0]), *family.support(alpha[0]))
     formula = Formula(("theta",), ends[None], function)
     return PushForward(ResponseSurface.of(formula, (FINE,)), (family,), alpha)

@@ -24,13 +24,10 @@ def replicate(
     workers: int,
     description: str | None = None,
 ) -> list[Identification]:
-    """Identify each of many data sets; with data drawn from an identified model, this is the parametric
-    bootstrap.
+    """Identify each of many data sets (L,); with data of an identified model, the parametric bootstrap.
 
     The result does not depend on `workers`, because every data set has its own seed. The workers are threads;
     compiled objectives run in parallel if they release Python's global lock (`nogil`).
-
-    Takes data (L,), identify_one (L,).
     """
     count = len(data)
     if count < 1 or workers < 1:
@@ -53,29 +50,17 @@ def replicate(
 
 @dataclass(frozen=True)
 class EstimateScatter:
-    """Scatter of the estimates from many data sets.
+    """Scatter of the estimates from many data sets."""
 
-    Attributes:
-        alphas: estimates of shape (R, k), one row per data set.
-        mean: means of the estimates, shape (k,).
-        std: standard deviations of the estimates, shape (k,).
-        correlation: correlations of the estimates, shape (k, k); zero with a parameter that never changes.
-        at_bound: share of the data sets whose estimate lies on a bound, shape (k,).
-        converged: share of the searches that converged.
-    """
-
-    alphas: Array
-    mean: Array
-    std: Array
-    correlation: Array
-    at_bound: Array
-    converged: float
+    alphas: Array  # (R, k), one row per data set
+    mean: Array  # (k,)
+    std: Array  # (k,)
+    correlation: Array  # (k, k); zero with a parameter that never changes
+    at_bound: Array  # (k,), share of the data sets whose estimate lies on a bound
+    converged: float  # share of the searches that converged
 
     def interval(self, level: float = 0.95) -> Array:
-        """Return percentile intervals of the estimates.
-
-        Gives (k, 2).
-        """
+        """Return percentile intervals (k, 2) of the estimates."""
         if not 0.0 < level < 1.0:
             raise BadInput(f"level must lie between 0 and 1, got {level:g}")
         outside = 0.5 * (1.0 - level)
@@ -98,13 +83,6 @@ def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
 
 
 def coverage(intervals: ArrayLike, truth: ArrayLike) -> Array:
-    """Return the share of intervals that contain the true parameters.
-
-    Takes intervals (R, k, 2), truth (k,); gives (k,).
-
-    Examples:
-        >>> coverage([[[0.0, 1.0]], [[0.4, 2.0]]], [0.3]).tolist()
-        [0.5]
-    """
+    """Return the share (k,) of intervals (R, k, 2) that contain the true parameters (k,)."""
     low, high = np.moveaxis(np.asarray(intervals, float), -1, 0)
     return np.asarray(np.mean((low <= truth) & (truth <= high), axis=0))

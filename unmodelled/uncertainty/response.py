@@ -18,9 +18,7 @@ ROUNDING = 1e-9
 
 
 class Response(Protocol):
-    """Function from n uncertain parameters to L outputs, Y_l = M_l(theta) (section 3.2.1), evaluated in
-    batches.
-    """
+    """Function from n uncertain parameters to L outputs, Y_l = M_l(theta) (section 3.2.1), in batches."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -37,38 +35,18 @@ class Response(Protocol):
 @final
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """Response given by a Python function.
-
-    Attributes:
-        names: names of the n parameters.
-        bounds: lower and upper bounds, shape (n, 2).
-        function: outputs of shape (S, L) as a function of parameters of shape (S, n).
-    """
+    """Response given by a Python function."""
 
     names: tuple[str, ...]
-    bounds: Array
-    function: Callable[[Array], Array]
+    bounds: Array  # (n, 2)
+    function: Callable[[Array], Array]  # (S, n) to (S, L)
 
     def __call__(self, theta: Array) -> Array:
         return self.function(theta)
 
 
 def evaluate_response(response: Response, theta: Array) -> Array:
-    """Evaluate a response and refuse missing outputs.
-
-    Takes theta (S, n); gives (S, L).
-
-    Examples:
-        >>> def positive(theta):
-        ...     return np.where(theta < 0.0, np.nan, theta)
-        >>> known = Formula(("theta",), np.array([[-1.0, 4.0]]), positive)
-        >>> evaluate_response(known, np.array([[4.0]])).tolist()
-        [[4.0]]
-        >>> evaluate_response(known, np.array([[-0.5]]))
-        Traceback (most recent call last):
-            ...
-        unmodelled.base.errors.BadInput: the event does not happen at theta = (-0.5) for output 1 of 1: ...
-    """
+    """Evaluate a response (S, L) at parameters (S, n) and refuse missing outputs."""
     check_inside(response, theta)
     y = np.asarray(response(theta), dtype=float)
     missing = ~np.isfinite(y)
@@ -82,10 +60,7 @@ def evaluate_response(response: Response, theta: Array) -> Array:
 
 
 def check_inside(response: Response, theta: Array) -> None:
-    """Refuse parameters outside the bounds of a response.
-
-    Takes theta (S, n).
-    """
+    """Refuse parameters (S, n) outside the bounds of a response."""
     low, high = response.bounds.T
     slack = ROUNDING * (high - low)
     outside = ~((theta >= low - slack) & (theta <= high + slack))

@@ -15,30 +15,15 @@ Array = NDArray[np.float64]
 
 
 def draw(families: Sequence[Family], alpha: Array, count: int, generator: np.random.Generator) -> Array:
-    """Draw random samples of n independent parameters.
-
-    Takes alpha (n, 2); gives (count, n).
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Uniform
-        >>> draw([Uniform()], np.array([[2.0, 3.0]]), 2, np.random.default_rng(0)).round(3).tolist()
-        [[2.637], [2.27]]
-    """
+    """Draw random samples (count, n) of n independent parameters from a distribution (n, 2)."""
     _check(families, alpha, count)
     return _quantiles(families, alpha, generator.random((count, len(families))))
 
 
 def even_grid(families: Sequence[Family], alpha: Array, count: int) -> Array:
-    """Return samples in the centres of cells of equal probability.
+    """Return samples (m^n, n) in the centres of cells of equal probability of a distribution (n, 2).
 
     This is the "equally distributed grid of S samples" of quasi Monte Carlo (section 3.4.3).
-
-    Takes alpha (n, 2); gives (m^n, n).
-
-    Examples:
-        >>> from unmodelled.uncertainty.families import Uniform
-        >>> even_grid([Uniform()], np.array([[2.0, 3.0]]), 2).tolist()
-        [[2.25], [2.75]]
     """
     _check(families, alpha, count)
     n = len(families)
@@ -57,10 +42,7 @@ def data_sets(
     count: int,
     generator: np.random.Generator,
 ) -> Array:
-    """Draw synthetic data sets, in which every output has its own parameters (section 3.2.1).
-
-    Takes alpha (n, 2); gives (count, L).
-    """
+    """Draw data sets (count, L), in which every output has its own parameters (section 3.2.1)."""
     theta = draw(families, alpha, count * outputs, generator).reshape(count, outputs, -1)
     return np.stack([np.diagonal(evaluate_response(response, own)) for own in theta])
 

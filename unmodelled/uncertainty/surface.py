@@ -29,35 +29,21 @@ BLOCK = 20_000
 @final
 @dataclass(frozen=True, eq=False)
 class ResponseSurface:
-    """Outputs of a response on a tensor grid of its bounds, with piecewise cubic interpolation; itself a
-    response.
+    """Outputs of a response on a tensor grid of its bounds, piecewise cubic between; itself a response.
 
     The slopes at the nodes are those of Akima: they depend on the four nearest secants, so that a kink of the
     response disturbs only the neighbouring cells. A spline or a polynomial through all nodes would spread it
     over the box as waves, and even reverse a monotone response. Nodes are evenly spaced, because kinks lie
     elsewhere for every output. The slopes are limited, so that the surface rises wherever the nodes rise.
-
-    Attributes:
-        names: names of the n parameters.
-        bounds: lower and upper bounds, shape (n, 2).
-        values: outputs at evenly spaced nodes between the bounds, shape (m_1, ..., m_n, L).
     """
 
     names: tuple[str, ...]
-    bounds: Array
-    values: Array
+    bounds: Array  # (n, 2)
+    values: Array  # (m_1, ..., m_n, L), outputs at evenly spaced nodes between the bounds
 
     @classmethod
     def of(cls, response: Response, nodes: Sequence[int]) -> ResponseSurface:
-        """Simulate a response once at every node of a grid.
-
-        Examples:
-            >>> from unmodelled.uncertainty.response import Formula
-            >>> square = Formula(("theta",), np.array([[0.0, 2.0]]), lambda theta: theta**2)
-            >>> surface = ResponseSurface.of(square, (41,))
-            >>> surface(np.array([[1.01]])).round(3).tolist(), surface.spans.tolist()
-            ([[1.02]], [[0.0, 4.0]])
-        """
+        """Simulate a response once at every node of a grid."""
         if len(nodes) != len(response.names):
             raise BadInput(
                 f"nodes must be {len(response.names)} numbers, one for each parameter, got {len(nodes)}"
@@ -78,10 +64,7 @@ class ResponseSurface:
         return np.concatenate(blocks)
 
     def at(self, y: Array) -> Observed:
-        """Follow the level curves of data, for their log-likelihood under any alpha.
-
-        Takes y (L,).
-        """
+        """Follow the level curves of data (L,), for their log-likelihood under any alpha."""
         return Observed.of(self.names, self.monotone, y)
 
     @cached_property
@@ -97,10 +80,10 @@ class ResponseSurface:
 
     @property
     def errors(self) -> Array:
-        """Largest interpolation errors if only every other node of an axis is used, shape (n, L).
+        """Interpolation errors at the nodes of an axis that are left out if only every other is used, (n, L).
 
-        They are measured at the omitted nodes, in the unit of the outputs. The error of the surface itself is
-        smaller by a factor of two at kinks and of about ten where the response is smooth.
+        The error of the surface itself is smaller by a factor of two at kinks, and of about ten where the
+        response is smooth.
         """
         return np.stack([self._error(axis) for axis in range(len(self.names))])
 
@@ -139,9 +122,7 @@ class ResponseSurface:
 
 
 def _cubics(x: Array) -> Array:
-    """Return Hermite polynomials (S, 4) at positions (S,) in a cell: of value and slope at its start and its
-    end.
-    """
+    """Return Hermite polynomials (S, 4) at places (S,) in a cell: of value and slope at its start and end."""
     y = 1.0 - x
     return np.stack([(1.0 + 2.0 * x) * y * y, x * y * y, (1.0 + 2.0 * y) * x * x, -y * x * x], axis=1)
 

@@ -34,9 +34,7 @@ def _steeps(s: float) -> Four:
 
 @compiled
 def _surface(table: Array, x: float, y: float) -> tuple[float, float, float]:
-    """Return the value and the slopes along x and y of one surface, `table` (2 m_1, 2 m_2), in the unit
-    square.
-    """
+    """Return value and slopes along x and y of one surface, `table` (2 m_1, 2 m_2), in the unit square."""
     m, n = table.shape[0] // 2 - 1, table.shape[1] // 2 - 1
     i, j = min(max(int(x * m), 0), m - 1), min(max(int(y * n), 0), n - 1)
     a, b = _cubics(x * m - i), _cubics(y * n - j)
@@ -77,9 +75,7 @@ def _look(table: Array, part: Array, direction: int, line: float, q: float) -> t
 def _meet(
     table: Array, part: Array, direction: int, line: float, level: float, low: float, high: float, q: float
 ) -> tuple[float, float, float]:
-    """Return the point of a line between `low` and `high` at the level, and the slopes there: Newton from
-    `q`.
-    """
+    """Return the point of a line between `low` and `high` at the level, and its slopes: Newton from `q`."""
     close = CLOSE * (high - low)
     slope, dx = 0.0, 0.0
     for _ in range(60):
@@ -212,10 +208,7 @@ def follow(
 
 @compiled
 def steepness(tables: Array, refinement: int) -> Array:
-    """Return the smallest slopes of L surfaces along x, along y and along the diagonal.
-
-    Takes tables (L, 2 m_1, 2 m_2); gives (L, 3).
-    """
+    """Return the smallest slopes (L, 3) of surfaces (L, 2 m_1, 2 m_2) along x, y and the diagonal."""
     least = np.full((len(tables), 3), np.inf)
     m, n = refinement * (tables.shape[1] // 2 - 1), refinement * (tables.shape[2] // 2 - 1)
     for l in range(len(tables)):

@@ -41,23 +41,14 @@ CURVE, GRID = 160, 41
 
 @dataclass(frozen=True, eq=False)
 class Assessment:
-    """Comparison of the methods of propagation on one problem.
-
-    Attributes:
-        estimator: likelihoods under the interpolated response.
-        problem: observed outputs and the response of L outputs.
-        names: names of the 2 n distribution parameters.
-        fine: numbers of nodes per parameter of the finer surface, which gives the reference densities.
-        seed: seed of searches and random samples.
-        workers: number of searches that run side by side.
-    """
+    """Comparison of the methods of propagation on one problem."""
 
     estimator: Estimator
-    problem: Problem
-    names: Sequence[str]
-    fine: tuple[int, ...]
+    problem: Problem  # with L outputs
+    names: Sequence[str]  # of the 2 n distribution parameters
+    fine: tuple[int, ...]  # nodes per parameter of the surface for the reference densities
     seed: int
-    workers: int
+    workers: int  # number of searches that run side by side
 
     @cached_property
     def propagations(self) -> dict[str, Propagation]:
@@ -71,10 +62,7 @@ class Assessment:
         return ExactPushForward(fine, self.estimator.setup.families(fine))
 
     def data_sets(self, best: Alphas, planted: Array, count: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Identify distributions from drawn data sets, and compare the methods at each optimum.
-
-        Takes best (2 n,), planted (2 n,).
-        """
+        """Identify distributions (2 n,) from drawn data sets, and compare the methods at each optimum."""
         drawn = self.estimator.draw(pairs(planted), count, self.seed)
         again = {m: self.estimator.identify_all(m, drawn, self.seed, self.workers) for m in METHODS}
         jobs = [
@@ -98,35 +86,32 @@ class Assessment:
         two = pairs(alpha)
         exact = self.exact(two)
         true = self.log_likelihood(exact, y)
-        parts = []
-        for method in COMPARED[of]:
-            density = self.propagations[method](two)
-            columns = {
-                "data_set": k,
-                "alpha_of": of,
-                "method": method,
-                "id": self.problem.ids,
-                "emd": earth_mover_distance(density, exact),
-                "error": self.log_likelihood(density, y) - true,
-            }
-            parts.append(pd.DataFrame(columns))
-        table = pd.concat(parts, ignore_index=True)
+        made = {method: self.propagations[method](two) for method in COMPARED[of]}
+        table = pd.concat([self._errors(of, m, made[m], exact, true, y) for m in made], ignore_index=True)
+        table.insert(0, "data_set", k)
         own = PUSH_FORWARD if of == PLANTED else of
         estimated = true + table.loc[table["method"] == own, "error"].to_numpy()
         return (k, of, *alpha, float(estimated.sum()), float(true.sum())), table
 
-    def log_likelihood(self, density: Density, y: Array) -> Array:
-        """Return the log-likelihood of every output, not below the floor of the estimator.
+    def _errors(
+        self, of: str, method: str, density: Density, exact: Density, true: Array, y: Array
+    ) -> pd.DataFrame:
+        """A row per output (L,) of the errors of one method; `true` (L,) are exact log-likelihoods."""
+        columns = {
+            "alpha_of": of,
+            "method": method,
+            "id": self.problem.ids,
+            "emd": earth_mover_distance(density, exact),
+            "error": self.log_likelihood(density, y) - true,
+        }
+        return pd.DataFrame(columns)
 
-        Takes y (L,); gives (L,).
-        """
+    def log_likelihood(self, density: Density, y: Array) -> Array:
+        """Return the log-likelihoods (L,) of outputs (L,), not below the floor of the estimator."""
         return log_likelihoods(density, y, self.estimator.floor).each
 
     def against_monte_carlo(self, chosen: Alphas, samples: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Compare all methods with Monte Carlo simulation at chosen distributions.
-
-        Takes chosen (2 n,).
-        """
+        """Compare all methods with Monte Carlo simulation at chosen distributions (2 n,)."""
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows, curves = [], []
         for of, alpha in track(chosen.items(), len(chosen), f"{samples} simulations a point"):
@@ -138,24 +123,13 @@ class Assessment:
             made[f"{GAUSSIAN}_sampled"] = of_moments([drawn], 2)
             made[f"{MAXIMUM_ENTROPY}_sampled"] = of_moments([drawn], self.estimator.setup.moments)
             for name, density in made.items():
-                columns = {
-                    "alpha_of": of,
-                    "method": name,
-                    "id": self.problem.ids,
-                    "emd": earth_mover_distance(density, reference),
-                    "error": self.log_likelihood(density, self.problem.y) - true,
-                    "reference": true,
-                    "fallback": getattr(density, "fallback", False),
-                }
-                rows.append(pd.DataFrame(columns))
+                table = self._errors(of, name, density, reference, true, self.problem.y)
+                rows.append(table.assign(reference=true, fallback=getattr(density, "fallback", False)))
             curves.append(self._curves(of, {"monte_carlo": reference, **made}))
         return pd.concat(rows, ignore_index=True), pd.concat(curves, ignore_index=True)
 
     def sampling(self, best: Alphas, against: pd.DataFrame, repeats: int) -> pd.DataFrame:
-        """Return the error of plain sampling with few simulations, table `sampling` (Fig. 3.17).
-
-        Takes best (2 n,).
-        """
+        """Return the error of plain sampling with few simulations, table `sampling` (Fig. 3.17)."""
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows = []
         for of in CHAOS:
@@ -173,9 +147,7 @@ class Assessment:
         return pd.DataFrame(rows, columns=["alpha_of", "rule", "samples", "repeat", "mae"])
 
     def response(self, number: int) -> pd.DataFrame:
-        """Return one output on a grid over the first two parameters, the others at the centre of their
-        bounds.
-        """
+        """Return one output on a grid over the first two parameters, others at the centre of their bounds."""
         surface = self.estimator.surface
         axes = [np.linspace(low, high, GRID) for low, high in surface.bounds[:2]]
         theta = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)

@@ -26,12 +26,7 @@ STARTS = 5
 
 @dataclass(frozen=True)
 class Estimator:
-    """Likelihoods of data under an interpolated response.
-
-    Attributes:
-        setup: family of the distributions, settings of the methods and of the search.
-        surface: response of L outputs to n parameters, interpolated on a grid.
-    """
+    """Likelihoods of data under an interpolated response of L outputs to n parameters."""
 
     setup: Setup
     surface: ResponseSurface
@@ -47,45 +42,30 @@ class Estimator:
         return tail_floor(self.surface.spans, self.setup.tail)
 
     def likelihood(self, method: str, y: Array) -> Objective:
-        """Return the log-likelihood of observed outputs as a function of the distribution parameters.
-
-        Takes y (L,); gives (B, 2 n) and (B,).
-        """
+        """Return the log-likelihoods (B,) of outputs y (L,) as a function of distributions (B, 2 n)."""
         if method == PUSH_FORWARD:
             observed, families = self.surface.at(y), self.setup.families(self.surface)
             return objective(lambda alphas: observed.log_density(families, alphas), self.floor)
         return objective(at_data(self.setup.propagations(self.surface)[method], y), self.floor)
 
     def identify(self, method: str, y: Array, seed: int, description: str | None = None) -> Identification:
-        """Search the distribution parameters with the largest likelihood.
-
-        Takes y (L,).
-        """
+        """Search the distribution parameters with the largest likelihood of outputs y (L,)."""
         return identify(self.likelihood(method, y), self.bounds, self.setup.search, seed, description)
 
     def draw(self, alpha: Array, count: int, seed: int) -> Array:
-        """Draw data sets from the model with given distribution parameters.
-
-        Takes alpha (n, 2); gives (count, L).
-        """
+        """Draw data sets (count, L) from the model with distribution parameters (n, 2)."""
         families, outputs = self.setup.families(self.surface), len(self.surface.spans)
         generator = np.random.default_rng([seed, outputs])
         return data_sets(self.surface, families, alpha, outputs, count, generator)
 
     def identify_all(self, method: str, drawn: Array, seed: int, workers: int) -> list[Identification]:
-        """Search the distribution parameters of several data sets, several searches side by side.
-
-        Takes drawn (B, L).
-        """
+        """Search the distribution parameters of data sets (B, L), several searches side by side."""
         description = f"{method.replace('_', ' ')}: {len(drawn)} data sets"
         return replicate([*drawn], lambda y, own: self.identify(method, y, own), seed, workers, description)
 
 
 def least_squares(surface: ResponseSurface, y: Array) -> Array:
-    """Return the constant parameters with the smallest squared error over all outputs, eq. 3.1.
-
-    Takes y (L,); gives (n,).
-    """
+    """Return the constant parameters (n,) with the least squared error over all outputs (L,), eq. 3.1."""
     low, high = surface.bounds.T
     shares = (np.arange(STARTS) + 0.5) / STARTS
     grid = np.stack(np.meshgrid(*[shares] * len(low), indexing="ij"), axis=-1).reshape(-1, len(low))

@@ -16,8 +16,8 @@ from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
 from unmodelled.learning.uncertainty import report
-from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
-from unmodelled.learning.uncertainty.problem import Problem, of_observations, of_system, shown
+from unmodelled.learning.uncertainty.estimate import Estimator
+from unmodelled.learning.uncertainty.problem import Problem, of_observations, of_system
 from unmodelled.learning.uncertainty.setup import Setup, pairs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -201,8 +201,7 @@ def identified(
 ) -> IdentifiedUncertainty:
     """Identify the distribution that explains the observations of a problem."""
     start = time.monotonic()
-    surface = setup.surface(problem.response)
-    estimator = Estimator(setup, surface)
+    estimator = Estimator(setup, setup.surface(problem.response))
     say(f"identifying the distribution of {len(problem.y)} observations by {len(METHODS)} methods")
     found = {m: estimator.identify(m, problem.y, seed, f"identifying by {m}") for m in METHODS}
     exact, bounds = estimator.likelihood(PUSH_FORWARD, problem.y), estimator.bounds
@@ -215,12 +214,12 @@ def identified(
     again = estimator.identify_all(PUSH_FORWARD, drawn, seed, workers)
     names = setup.names(problem.response)
     return IdentifiedUncertainty(
-        points=report.points(estimator, shown(problem, least_squares(surface, problem.y)), found),
+        points=report.points(estimator, problem, found),
         estimates=report.estimates(names, found, profiles, again),
         trace=report.trace(found),
         profiles=report.profiles(names, profiles),
         pairs=report.pairs(names, grids),
-        replicates=report.replicates(names, {PUSH_FORWARD: again}),
+        replicates=report.replicates(names, again),
         content=report.summary(problem, estimator, found, profiles, bend, names, seconds),
         sources=sources,
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.learning.uncertainty.estimate import Estimator, Objective
+from unmodelled.learning.uncertainty.estimate import Estimator, Objective, least_squares
 from unmodelled.learning.uncertainty.problem import Problem
 from unmodelled.learning.uncertainty.setup import pairs as by_parameter
 from unmodelled.uncertainty.advice import advice
@@ -18,8 +18,7 @@ from unmodelled.uncertainty.curvature import Curvature
 from unmodelled.uncertainty.identify import Identification
 from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
-from unmodelled.uncertainty.pair_profile import PairProfile, profile_pair
-from unmodelled.uncertainty.profile import Profiles
+from unmodelled.uncertainty.profile import PairProfile, Profiles, profile_pair
 from unmodelled.uncertainty.replicate import summarise_estimates
 
 Array = NDArray[np.float64]
@@ -30,10 +29,7 @@ GRID = 9
 
 
 def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
-    """Compute the profile likelihoods of all pairs of parameters, over the ranges of their own profiles.
-
-    Takes bounds (2 n, 2).
-    """
+    """Compute the profile likelihoods of all pairs of parameters, over ranges within bounds (2 n, 2)."""
     ranges = {c.index: np.linspace(c.values.min(), c.values.max(), GRID) for c in found.curves}
     return {
         (i, j): profile_pair(objective, bounds, found.alpha, (i, j), ranges[i], ranges[j])
@@ -41,14 +37,15 @@ def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tup
     }
 
 
-def points(estimator: Estimator, table: pd.DataFrame, found: Found) -> pd.DataFrame:
-    """Add the log-likelihood of every observation to their table, at the optimum of each method."""
-    columns: dict[str, Any] = {}
+def points(estimator: Estimator, problem: Problem, found: Found) -> pd.DataFrame:
+    """Return the table `points`, with the log-likelihoods at the optimum of each method."""
+    best = least_squares(estimator.surface, problem.y)
+    columns: dict[str, Any] = {"id": problem.ids, "y": problem.y, "deviation": problem.deviation}
+    columns["deterministic"] = problem.response(best[None])[0]
     for method, propagation in estimator.setup.propagations(estimator.surface).items():
-        density = propagation(by_parameter(found[method].alpha))
-        own = log_likelihoods(density, table["y"].to_numpy(), estimator.floor)
+        own = log_likelihoods(propagation(by_parameter(found[method].alpha)), problem.y, estimator.floor)
         columns |= {f"log_likelihood_{method}": own.each, f"floored_{method}": own.floored}
-    return table.assign(**columns)
+    return pd.DataFrame(columns)
 
 
 def estimates(
@@ -57,11 +54,7 @@ def estimates(
     profiles: Profiles,
     again: Sequence[Identification],
 ) -> pd.DataFrame:
-    """Return the identified distribution parameters with their intervals.
-
-    Columns: method, name, value, at_bound; for the exact method also low and high (95 % profile likelihood,
-    nan where there is no limit), and bootstrap_low and bootstrap_high (from the redrawn data sets).
-    """
+    """Return the table `estimates` of an identification, see `IdentifiedUncertainty`."""
     rows = []
     limits = np.where(np.isfinite(profiles.intervals), profiles.intervals, np.nan)
     nothing = np.full((len(names), 4), np.nan)
@@ -76,7 +69,7 @@ def estimates(
 
 
 def trace(found: Found) -> pd.DataFrame:
-    """Return the progress of every search: columns method, generation, log_likelihood (the best so far)."""
+    """Return the table `trace`: the progress of every search."""
     parts = [
         pd.DataFrame({"method": m, "generation": np.arange(len(f.trace)), "log_likelihood": f.trace})
         for m, f in found.items()
@@ -85,9 +78,7 @@ def trace(found: Found) -> pd.DataFrame:
 
 
 def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
-    """Return the profile likelihoods: columns name, value, deviance and every distribution parameter at that
-    point.
-    """
+    """Return the table `profiles`."""
     parts = [
         pd.DataFrame({"name": names[c.index], "value": c.values, "deviance": c.deviance}).join(
             pd.DataFrame(c.alphas, columns=list(names))
@@ -98,9 +89,7 @@ def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
 
 
 def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) -> pd.DataFrame:
-    """Return the profile likelihoods of pairs: columns first and second (names), x and y (values),
-    deviance.
-    """
+    """Return the table `pairs`."""
     parts = []
     for (i, j), grid in grids.items():
         x, y = np.meshgrid(grid.first, grid.second, indexing="ij")
@@ -109,20 +98,15 @@ def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) ->
     return pd.concat(parts, ignore_index=True)
 
 
-def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) -> pd.DataFrame:
-    """Return the estimates from redrawn data sets.
-
-    Columns: method, data_set (from 1), log_likelihood, converged and every distribution parameter.
-    """
-    parts = []
-    for method, results in found.items():
-        table = pd.DataFrame([f.alpha for f in results], columns=list(names))
-        table.insert(0, "method", method)
-        table.insert(1, "data_set", np.arange(1, len(results) + 1))
-        table.insert(2, "log_likelihood", [f.log_likelihood for f in results])
-        table.insert(3, "converged", [f.converged for f in results])
-        parts.append(table)
-    return pd.concat(parts, ignore_index=True)
+def replicates(names: Sequence[str], again: Sequence[Identification]) -> pd.DataFrame:
+    """Return the table `replicates`: the estimates of the exact method from redrawn data sets."""
+    columns = {
+        "method": PUSH_FORWARD,
+        "data_set": np.arange(1, len(again) + 1),
+        "log_likelihood": [f.log_likelihood for f in again],
+        "converged": [f.converged for f in again],
+    }
+    return pd.DataFrame(columns).join(pd.DataFrame([f.alpha for f in again], columns=list(names)))
 
 
 def summary(
@@ -134,10 +118,7 @@ def summary(
     names: Sequence[str],
     seconds: float,
 ) -> dict[str, Any]:
-    """Return the content of uncertainty.json.
-
-    Takes seconds in s.
-    """
+    """Return the content of uncertainty.json."""
     surface, setup = estimator.surface, estimator.setup
     return {
         "schema": SCHEMA,

@@ -114,8 +114,5 @@ class Setup:
 
 
 def pairs(flat: Sequence[float] | Array) -> Array:
-    """Arrange distribution parameters by uncertain parameter.
-
-    Takes flat (2 n,); gives (n, 2).
-    """
+    """Arrange flat distribution parameters (2 n,) by uncertain parameter (n, 2)."""
     return np.asarray(flat, np.float64).reshape(2, -1).T.copy()

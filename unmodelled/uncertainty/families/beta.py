@@ -18,19 +18,7 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Beta(Family):
-    """Beta distribution: density proportional to (theta - low)^(a - 1) (high - theta)^(b - 1) on [low, high].
-
-    Attributes:
-        low: lower end of the interval.
-        high: upper end of the interval.
-
-    Raises:
-        BadInput: if low is not less than high, or if one of them is not finite.
-
-    Examples:
-        >>> Beta(0.0, 2.0).cumulative(np.array([1.0]), np.array([2.0, 2.0])).tolist()
-        [0.5]
-    """
+    """Beta distribution: density in proportion to (theta - low)^(a - 1) (high - theta)^(b - 1)."""
 
     low: float
     high: float

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from unmodelled.uncertainty.families.family import Family, check_interval
-from unmodelled.uncertainty.families.orthogonal import Germ
 
 Array = NDArray[np.float64]
 
@@ -22,13 +20,6 @@ class BoundedNormal(Family):
 
     mu and sigma are those of the whole normal; mu can lie outside the interval. Probabilities are kept as
     logarithms of the nearer tail, so that accuracy is kept where the whole normal has practically no mass.
-
-    Attributes:
-        low: lower end of the interval.
-        high: upper end of the interval.
-
-    Raises:
-        BadInput: if low is not less than high, or if one of them is not finite.
     """
 
     low: float
@@ -65,12 +56,6 @@ class BoundedNormal(Family):
     def quantile(self, probability: Array, alpha: Array) -> Array:
         with np.errstate(divide="ignore"):  # log 0 is what is meant at the ends
             return self._inverse(np.log(probability), np.log1p(-np.asarray(probability)), alpha)
-
-    @abstractmethod
-    def germ(self, alpha: Array) -> Germ: ...
-
-    @abstractmethod
-    def to_theta(self, phi: Array, alpha: Array) -> Array: ...
 
     def _inverse(self, log_below: Array, log_above: Array, alpha: Array) -> Array:
         """Return theta from the logarithms of the probabilities below and above it (last two lines of eq.

@@ -20,15 +20,10 @@ class Family(ABC):
 
     A family consists of a standard variable phi (its germ) and a transformation theta = eta(phi; alpha)
     (section 3.2.4). alpha always has shape (2,) and is accepted by `check`.
-
-    Attributes:
-        names: names of the two distribution parameters.
-        positive: names of those that must be positive; default none.
     """
 
-    names: ClassVar[tuple[str, str]]
-    #: Of the names, those of positive numbers.
-    positive: ClassVar[tuple[str, ...]] = ()
+    names: ClassVar[tuple[str, str]]  # of the two distribution parameters
+    positive: ClassVar[tuple[str, ...]] = ()  # names of those that must be positive
 
     def check(self, alpha: Array) -> None:
         """Refuse distribution parameters that the family does not have.

@@ -18,13 +18,7 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Gamma(Family):
-    """Gamma distribution, theta = scale phi with a standard gamma phi; mean shape scale, variance shape
-    scale^2.
-
-    Examples:
-        >>> Gamma().to_theta(np.array([2.0]), np.array([4.0, 0.5])).tolist()
-        [1.0]
-    """
+    """Gamma distribution, theta = scale phi, phi standard gamma; mean shape scale, variance shape scale^2."""
 
     names: ClassVar[tuple[str, str]] = ("shape", "scale")
     positive: ClassVar[tuple[str, ...]] = names

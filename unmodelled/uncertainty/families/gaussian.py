@@ -18,12 +18,7 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Gaussian(Family):
-    """Normal distribution, theta = mu + sigma phi with a standard normal phi.
-
-    Examples:
-        >>> Gaussian().quantile(np.array([0.5, 0.975]), np.array([1.0, 0.1])).round(3).tolist()
-        [1.0, 1.196]
-    """
+    """Normal distribution, theta = mu + sigma phi with a standard normal phi."""
 
     names: ClassVar[tuple[str, str]] = ("mu", "sigma")
     positive: ClassVar[tuple[str, ...]] = ("sigma",)

@@ -119,13 +119,9 @@ class Hermite(Germ):
 @final
 @dataclass(frozen=True)
 class Laguerre(Germ):
-    """Standard gamma variable on [0, inf) with the generalised Laguerre polynomials.
+    """Standard gamma variable on [0, inf) with the generalised Laguerre polynomials."""
 
-    Attributes:
-        shape: shape parameter of the gamma distribution, positive.
-    """
-
-    shape: float
+    shape: float  # positive
 
     @property
     def support(self) -> tuple[float, float]:
@@ -142,15 +138,10 @@ class Laguerre(Germ):
 @final
 @dataclass(frozen=True)
 class Jacobi(Germ):
-    """Beta variable on [-1, 1] with the Jacobi polynomials (the Legendre polynomials for a = b = 1).
+    """Beta variable on [-1, 1] with the Jacobi polynomials (the Legendre polynomials for a = b = 1)."""
 
-    Attributes:
-        a: first shape parameter of the beta distribution, positive.
-        b: second shape parameter of the beta distribution, positive.
-    """
-
-    a: float
-    b: float
+    a: float  # positive
+    b: float  # positive
 
     @property
     def support(self) -> tuple[float, float]:
@@ -179,16 +170,11 @@ class TruncatedHermite(Germ):
     """Truncated normal variable, in standard deviations of the whole normal from its mode.
 
     The density is proportional to exp(-phi (phi / 2 + slope)) on [low, high]. Its polynomials have no name.
-
-    Attributes:
-        slope: distance from the mean to the mode; zero if the mean lies inside the interval.
-        low: lower end, at most 0.
-        high: upper end, at least 0.
     """
 
-    slope: float
-    low: float
-    high: float
+    slope: float  # distance from the mean to the mode; zero if the mean lies inside the interval
+    low: float  # at most 0
+    high: float  # at least 0
 
     @property
     def support(self) -> tuple[float, float]:
@@ -203,14 +189,11 @@ class TruncatedHermite(Germ):
         return diagonal[:count], beside[:count]
 
     def measure(self, count: int) -> tuple[Array, Array]:
-        """Return Gauss-Legendre points and weights of the density, without negligible tails.
-
-        Gives (Q,) and (Q,).
-        """
+        """Return Gauss-Legendre points (Q,) and weights (Q,) of the density, without negligible tails."""
         least = 40.0 + 4.0 * count  # exp(-least) of the mode's density
         low = max(self.low, -_reach(least, -self.slope))
         high = min(self.high, _reach(least, self.slope))
-        points, weights = _legendre(64 + 4 * count)
+        points, weights = gauss_legendre(64 + 4 * count)
         points = 0.5 * (low + high) + 0.5 * (high - low) * points
         return points, 0.5 * (high - low) * weights * np.exp(-points * (0.5 * points + self.slope))
 
@@ -231,8 +214,9 @@ def _reach(least: float, slope: float) -> float:
 
 
 @lru_cache
-def _legendre(count: int) -> tuple[Array, Array]:
-    points, weights = roots_legendre(count)
+def gauss_legendre(nodes: int) -> tuple[Array, Array]:
+    """Return the points (n,) and weights (n,) of a Gauss-Legendre quadrature rule on [-1, 1]."""
+    points, weights = roots_legendre(nodes)
     return points, weights
 
 

@@ -17,12 +17,7 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Uniform(Family):
-    """Uniform distribution from low to high, with a phi that is uniform on [-1, 1].
-
-    Examples:
-        >>> Uniform().density(np.array([0.5, 3.0]), np.array([0.0, 2.0])).tolist()
-        [0.5, 0.0]
-    """
+    """Uniform distribution from low to high, with a phi that is uniform on [-1, 1]."""
 
     names: ClassVar[tuple[str, str]] = ("low", "high")
 
