@@ -32,10 +32,7 @@ FEWEST_SAMPLES = 200
 
 
 def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, gap: Gap) -> dict[str, Any]:
-    """Return the data of a system as it is given, with sliders of its parameters.
-
-    Takes runs (runs,), horizon in s.
-    """
+    """Return the data of a system as it is given, with sliders, and of the experiments `runs` (runs,)."""
     values = values_of(list(system.values), system, logs)
     order = sorted(runs, key=lambda i: -gap.per_experiment[logs.ids[i]])
     return {
@@ -62,10 +59,7 @@ def about_machine(system: System) -> dict[str, Any]:
 
 
 def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: float) -> dict[str, Any]:
-    """Return what the page needs to simulate a system; arrays are text, see `as_text`.
-
-    Takes horizon in s.
-    """
+    """Return what the page needs to simulate a system; arrays are text, see `as_text`."""
     return {
         "program": as_data(Program.of(system, observed)),
         **_start(system),
@@ -117,10 +111,7 @@ def experiments(
     constants: Sequence[tuple[Array, Array]],
     held_out: Collection[int] = (),
 ) -> list[dict[str, Any]]:
-    """Return measured experiments, as many as a page can hold.
-
-    Takes constants (constants,).
-    """
+    """Return measured experiments, as many as a page can hold; each of `constants` has shape (constants,)."""
     sensors = Sensors(logs)
     with_slope = sorted({r.output for r in readings(system) if r.slope or r.lag != 0})
     width = logs.u.shape[1] + logs.y.shape[1] + len(with_slope)

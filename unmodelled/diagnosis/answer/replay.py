@@ -15,30 +15,19 @@ from unmodelled.engine.robot.supplement import Supplement
 
 @dataclass(frozen=True)
 class Replayed:
-    """A robot file in MuJoCo beside the measured outputs of the held-out experiments.
+    """A robot file in MuJoCo beside the measured outputs of the held-out experiments."""
 
-    Attributes:
-        gap: root mean square error over free-run windows, in standard deviations of the outputs.
-        units: errors by name of the output, in its unit.
-    """
-
-    gap: float
-    units: Mapping[str, Off]
+    gap: float  # root mean square error over free-run windows, in standard deviations of the outputs
+    units: Mapping[str, Off]  # by name of the output
 
 
 @dataclass(frozen=True)
 class Replay:
-    """Robot files in MuJoCo along the held-out experiments.
+    """Robot files in MuJoCo along the held-out experiments."""
 
-    Attributes:
-        given: the file as given.
-        patched: the patched file alone.
-        supplemented: the patched file with its supplement; None if it has none.
-    """
-
-    given: Replayed
-    patched: Replayed
-    supplemented: Replayed | None
+    given: Replayed  # the file as given
+    patched: Replayed  # the patched file alone
+    supplemented: Replayed | None  # with its supplement; None if it has none
 
     @property
     def final(self) -> Replayed:

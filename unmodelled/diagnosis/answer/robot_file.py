@@ -22,15 +22,10 @@ FOLDER = "robot"
 
 @dataclass(frozen=True)
 class RobotFile:
-    """Patched robot file with its free runs in MuJoCo.
-
-    Attributes:
-        found: patched file and what belongs to it.
-        replay: free runs of the given and the patched file along the held-out experiments.
-    """
+    """Patched robot file with its free runs in MuJoCo."""
 
     found: TakeHome
-    replay: Replay
+    replay: Replay  # along the held-out experiments
 
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> RobotFile:

@@ -37,19 +37,12 @@ Name = tuple[str, str, str | None, object]
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """A set of laws at places.
+    """A set of laws at places."""
 
-    Attributes:
-        atoms: numbers of the atoms.
-        names: families and places.
-        cost: left-out squared error, a share of that without any effect, and the price of its numbers.
-        errors: squared errors of left-out experiments, the same shares, shape (experiments,).
-    """
-
-    atoms: tuple[int, ...]
-    names: frozenset[Name]
-    cost: float
-    errors: Array
+    atoms: tuple[int, ...]  # numbers of the atoms
+    names: frozenset[Name]  # families and places
+    cost: float  # left-out squared error, a share of that without any effect, and the price of its numbers
+    errors: Array  # squared errors of left-out experiments, the same shares, (experiments,)
 
     def is_like(self, other: Scored) -> bool:
         """Return whether the errors differ by chance only, judged by the experiments.
@@ -62,43 +55,27 @@ class Scored:
 
 
 class _Level(NamedTuple):
-    """Sets of the same number of units, the best first.
+    """Sets of the same number of units, the best first."""
 
-    Attributes:
-        units: numbers of the units, shape (sets, n).
-        costs: costs, shape (sets,).
-        errors: shares of the error, shape (sets, experiments).
-    """
-
-    units: Indices
-    costs: Array
-    errors: Array
+    units: Indices  # (sets, n)
+    costs: Array  # (sets,)
+    errors: Array  # shares of the error, (sets, experiments)
 
 
 @dataclass(frozen=True, eq=False)
 class Class:
-    """Sets that predict the same.
-
-    Attributes:
-        head: best of them.
-        twins: others with no more laws.
-    """
+    """Sets that predict the same."""
 
     head: Scored
-    twins: list[Scored]
+    twins: list[Scored]  # others with no more laws
 
 
 @dataclass(eq=False)
 class Chooser:
-    """Score sets of laws; of each set of names the best shapes and variants are kept.
-
-    Attributes:
-        equations: equations of all atoms.
-        gap: error of the known physics, in standard deviations of the outputs.
-    """
+    """Score sets of laws; of each set of names the best shapes and variants are kept."""
 
     equations: Equations
-    gap: float
+    gap: float  # of the known physics, in standard deviations of the outputs
 
     @cached_property
     def folds(self) -> Folds:

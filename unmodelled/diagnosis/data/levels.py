@@ -19,10 +19,7 @@ MOST_LEVELS = 8
 def levels(
     experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> Iterator[tuple[str, float | str, Indices]]:
-    """Yield factor, level and rows of the levels that some, but not all, experiments have.
-
-    Gives (members,).
-    """
+    """Yield factor, level and rows (members,) of the levels that some, but not all, experiments have."""
     for factor in experiments.columns:
         values = experiments[factor]
         if factor in ("id", "file") or not 1 < values.nunique() <= MOST_LEVELS:

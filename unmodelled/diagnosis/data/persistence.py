@@ -32,12 +32,6 @@ def default_horizon(
     `fewest_horizon_samples` samples and at most the share `longest_horizon_share` of the shortest experiment,
     not counting short parts, see `Logs.usual_length`; the latter limit is the stronger one. Experiments that
     are shorter than the horizon are simulated as a whole.
-
-    Examples:
-        >>> import unmodelled as um
-        >>> system, logs = um.example("pendulum")
-        >>> default_horizon(logs)
-        0.2
     """
     longest = max(1, int(thresholds.longest_horizon_share * logs.usual_length))
     fewest = min(thresholds.fewest_horizon_samples, longest)
@@ -52,10 +46,7 @@ def default_horizon(
 
 
 def horizon_of(logs: Logs, horizon: float | None, sensors: Sensors | None = None) -> float:
-    """Return the given horizon, or the default horizon of the logs where none is given.
-
-    Gives a value in s.
-    """
+    """Return the given horizon, s, or the default horizon of the logs where none is given."""
     return default_horizon(logs, sensors) if horizon is None else horizon
 
 
@@ -72,11 +63,9 @@ def persistence(recording: Recording) -> float:
 
 
 def persistence_errors(sensors: Sensors, start: Indices, end: Indices) -> Array:
-    """Return the errors of both predictions without a model: constant value, and constant speed.
+    """Return the errors (2, *shape of `end`, outputs) without a model: constant value, and constant speed.
 
     The speed is the smoothed slope of the output at the start, as at the start of a free run.
-
-    Takes end (any shape); gives (2, *shape of `end`, outputs) in units of the outputs.
     """
     logs = sensors.logs
     speed = np.stack([sensors.slope(j, 0.0) for j in range(len(logs.outputs))], axis=1)

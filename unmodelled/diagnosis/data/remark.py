@@ -13,17 +13,11 @@ Kind = Literal["bound", "effort", "gain", "sign", "mass", "zero", "common_factor
 
 @dataclass(frozen=True)
 class Remark:
-    """A remark on fitted numbers.
-
-    Attributes:
-        numbers: names of the numbers.
-        kind: reason of the remark.
-        sentence: observation with values and units, and what to do about it.
-    """
+    """A remark on fitted numbers."""
 
     numbers: tuple[str, ...]
     kind: Kind
-    sentence: str
+    sentence: str  # observation with values and units, and what to do about it
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:

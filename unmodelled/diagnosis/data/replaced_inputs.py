@@ -71,10 +71,7 @@ def _pace(changes: Sequence[NDArray[np.int64]]) -> float | None:
 
 
 def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
-    """Return the inputs of the run some places further on, held at their end.
-
-    Gives (samples, inputs).
-    """
+    """Return the inputs (samples, inputs) of the run some places further on, held at their end."""
     lengths, found = np.diff(logs.offsets), np.empty_like(logs.u)
     for i in range(len(logs)):
         other = (i + shift) % len(logs)
@@ -91,10 +88,7 @@ def later_inputs(logs: Logs, samples: int) -> Correction:
 
 
 def other_run(logs: Logs, shifts: NDArray[np.int64]) -> Question:
-    """Return the question whether runs have the inputs of others.
-
-    Takes shifts (experiments,).
-    """
+    """Return the question whether runs have the inputs of others, by shifts (experiments,)."""
     read = logs.u.copy()
     for shift in np.unique(shifts[shifts != 0]).tolist():
         mine = (shifts == shift)[logs.owner]

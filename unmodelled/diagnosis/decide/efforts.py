@@ -28,11 +28,7 @@ LEAST_MOBILITY = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Efforts:
-    """Efforts of the known physics and of the effects, with the fitted numbers.
-
-    Attributes:
-        fitted: fitted hypothesis.
-    """
+    """Efforts of the known physics and of the effects, with the fitted numbers."""
 
     fitted: FittedHypothesis
 
@@ -48,10 +44,7 @@ class Efforts:
         return prepare(self.system, study.logs.among(study.learned))
 
     def along(self, expressions: Sequence[sp.Expr]) -> Array:
-        """Return expressions of the known physics along the training experiments.
-
-        Gives (k, samples) in SI.
-        """
+        """Return expressions (k, samples), SI, of the known physics along the training experiments."""
         system, logs = self.system, self.logs
         program, p = Program.of_values(system, expressions), np.array(system.values)
         return program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner]).T

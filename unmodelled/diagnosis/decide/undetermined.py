@@ -70,20 +70,13 @@ class Determination:
 
     The size of a number is its value, or its plausible size where that is larger. Timing, numbers of single
     experiments and numbers that only smooth a corner may take any value; numbers at a bound are fixed.
-
-    Attributes:
-        fitted: fitted hypothesis.
-        names: names of the numbers, those of the physics first.
-        size: sizes of the numbers, shape (names,), SI.
-        directions: orthogonal directions, shape (names, directions), in relative changes of the numbers.
-        deviations: standard deviations along the directions, shape (directions,).
     """
 
     fitted: FittedHypothesis
-    names: tuple[str, ...]
-    size: Array
-    directions: Array
-    deviations: Array
+    names: tuple[str, ...]  # those of the physics first
+    size: Array  # of the numbers, (names,), SI
+    directions: Array  # orthogonal, (names, directions), in relative changes of the numbers
+    deviations: Array  # standard deviations along the directions, (directions,)
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Determination:

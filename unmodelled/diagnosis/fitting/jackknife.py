@@ -46,10 +46,7 @@ def _jackknife(prediction: LeftOut, name: str, level: float) -> tuple[float, flo
 
 
 def covariance(prediction: LeftOut, names: Sequence[str]) -> Array:
-    """Return the covariance of shared numbers: jackknife, and chance of the experiments' own numbers.
-
-    Gives (names, names) in SI.
-    """
+    """Return the covariance (names, names), SI, of shared numbers: jackknife, and chance of own numbers."""
     unknowns = prediction.fitted.unknowns
     known = [u.name for u in unknowns.each]
     entries = np.searchsorted(unknowns.unknown, [known.index(name) for name in names])

@@ -34,27 +34,16 @@ MakeBackend = Callable[[System, Sequence[sp.Expr]], Backend]
 
 @dataclass(frozen=True)
 class Runs:
-    """Simulated and measured outputs of all windows.
+    """Simulated and measured outputs of all windows."""
 
-    Attributes:
-        y: simulated outputs, shape (windows, sets, most steps, outputs), from the second sample of a window
-            on; nan after its end, nan or inf where the simulation diverged.
-        measured: measured outputs, shape (windows, sets or 1, most steps, outputs), at the same samples.
-        counted: mask, shape (windows, most steps), of the samples before the end of a window.
-        first: simulated outputs, shape (windows, sets, outputs), at the first sample of a window, without
-            delay.
-    """
-
-    y: Array
-    measured: Array
-    counted: NDArray[np.bool_]
-    first: Array
+    #: Simulated, from the second sample of a window on; nan after its end, not finite where it diverged.
+    y: Array  # (windows, sets, most steps, outputs)
+    measured: Array  # at the same samples, (windows, sets or 1, most steps, outputs)
+    counted: NDArray[np.bool_]  # samples before the end of a window, (windows, most steps)
+    first: Array  # simulated at the first sample of a window, without delay, (windows, sets, outputs)
 
     def errors(self, scale: Array) -> Array:
-        """Return the errors of the first set; not finite where it diverged.
-
-        Takes scale (outputs,); gives (windows, most steps, outputs).
-        """
+        """Return the errors (windows, most steps, outputs) of the first set; not finite where it diverged."""
         with np.errstate(all="ignore"):
             return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
 
@@ -266,12 +255,7 @@ class Simulation:
         return self.reader.delays(values) / self.recording.logs.period
 
     def _shown(self, y: Array, values: Array) -> Runs:
-        """Return the runs as delayed sensors show them.
-
-        Args:
-            y: simulated outputs, shape (windows, sets, samples, outputs).
-            values: parameter sets, shape (sets, numbers), SI.
-        """
+        """Return outputs (windows, sets, samples, outputs) as delayed sensors show them."""
         record, later = self.recording, self.later(values)
         rest = self._late(values) - later
         rest[np.abs(rest) <= WHOLE] = 0.0

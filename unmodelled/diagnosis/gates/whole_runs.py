@@ -30,16 +30,11 @@ class WholeRuns:
     """Free runs of a system from the start to the end of experiments, beside the measured outputs.
 
     Hidden states start as `simulate` starts them.
-
-    Attributes:
-        system: simulated system.
-        recording: experiments, one window each.
-        off: errors, shape (experiments, most steps, outputs), in standard deviations of the outputs; not
-            finite where the simulation diverged.
     """
 
     system: System
-    recording: Recording
+    recording: Recording  # experiments, one window each
+    #: Errors (experiments, most steps, outputs) in standard deviations of the outputs; not finite: diverged.
     off: Array
 
     @classmethod

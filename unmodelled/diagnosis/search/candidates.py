@@ -30,14 +30,9 @@ ONE_NUMBER = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Hypotheses that were fitted to the same recording.
+    """Hypotheses that were fitted to the same recording."""
 
-    Attributes:
-        predictions: left-out predictions of fitted hypotheses; the first is the known physics.
-        thresholds: thresholds of the comparison.
-    """
-
-    predictions: tuple[LeftOut, ...]
+    predictions: tuple[LeftOut, ...]  # the first is the known physics
     thresholds: Thresholds = DEFAULT_THRESHOLDS
     _compared: dict[tuple[int, int], Comparison] = field(default_factory=dict, init=False, repr=False)
 

@@ -58,9 +58,6 @@ class DiscoveredLaw(PortEffect):
     """Sum of a few smooth terms in position and velocity.
 
     It has as many numbers as terms, and was chosen among many formulas: its complexity is one more than that.
-
-    Args:
-        terms: terms of the sum.
     """
 
     family = DISCOVERED

@@ -52,34 +52,22 @@ NEAR = np.delete(np.geomspace(0.85, 1.0 / 0.85, 9), 4).tolist()
 
 @dataclass
 class EffectSearch:
-    """A search for effects, with all fits so far.
-
-    Attributes:
-        study: inputs of the diagnosis.
-        workers: number of threads, default 1.
-        progress: function that is called with a line of text at each step.
-        found: left-out predictions of fitted hypotheses by key, the known physics first.
-        around: differences between experiments, by the key of the hypothesis around which a system was
-            solved.
-        complete: keys of the hypotheses that were fitted without each of their effects.
-        converged: keys of the hypotheses that were fitted until their loss fell no more.
-        classes: sets that predict the same in a linear system, by class.
-        chance: probability that a law of the first system removes as much error if nothing is missing.
-        refused: family, variant and place of effects that are neither named nor added any more.
-        written: whether formulas were fitted already.
-    """
+    """A search for effects, with all fits so far."""
 
     study: Study
-    workers: int = 1
-    progress: Callable[[str], None] = lambda _: None
-    found: dict[Key, LeftOut] = field(default_factory=dict)
+    workers: int = 1  # threads
+    progress: Callable[[str], None] = lambda _: None  # called with a line of text at each step
+    found: dict[Key, LeftOut] = field(default_factory=dict)  # left-out predictions, the known physics first
+    #: Differences between experiments, by the hypothesis around which a system was solved.
     around: dict[Key, list[Atom]] = field(default_factory=dict)
-    complete: set[Key] = field(default_factory=set)
-    converged: set[Key] = field(default_factory=set)
-    classes: list[list[Proposal]] = field(default_factory=list)
+    complete: set[Key] = field(default_factory=set)  # fitted without each of their effects
+    converged: set[Key] = field(default_factory=set)  # fitted until their loss fell no more
+    classes: list[list[Proposal]] = field(default_factory=list)  # predict the same in a linear system
+    #: Probability that a law of the first system removes as much error if nothing is missing.
     chance: float = 1.0
+    #: Family, variant and place of effects that are neither named nor added any more.
     refused: set[tuple[str, str, Place]] = field(default_factory=set)
-    written: bool = False
+    written: bool = False  # whether formulas were fitted already
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")

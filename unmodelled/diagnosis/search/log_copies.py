@@ -36,21 +36,13 @@ ZERO_SUM, SMALL_TAP = 0.01, 0.05
 
 @dataclass(frozen=True)
 class Copy:
-    """An output that is computed from another one.
+    """An output that is computed from another one."""
 
-    Attributes:
-        target: number of the computed output.
-        source: number of the output that it is computed from.
-        slope: whether it is the derivative of the source.
-        delay: delay of the computed output, s.
-        span: number of samples that the filter reads.
-    """
-
-    target: int
-    source: int
-    slope: bool
-    delay: float
-    span: int
+    target: int  # number of the computed output
+    source: int  # number of the output that it is computed from
+    slope: bool  # whether it is the derivative of the source
+    delay: float  # s
+    span: int  # samples that the filter reads
 
 
 def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Copy, ...]:

@@ -62,8 +62,6 @@ def without_copies(
 
     Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor: what
     it shows beyond the output that it is computed from is its filter.
-
-    Takes horizon in s.
     """
     found = copies(different(logs), thresholds)
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
@@ -82,18 +80,7 @@ def without_copies(
 def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
-    """Find faults of the logs, and the fault that explains most of the gap if there is one.
-
-    Examples:
-        >>> from dataclasses import replace
-        >>> import unmodelled as um
-        >>> system, logs = um.example("pendulum")
-        >>> log_faults(system, logs, horizon=0.2)
-        ()
-        >>> reversed_torque = replace(logs, u=-logs.u)
-        >>> [(fault.channels, fault.problem) for fault in log_faults(system, reversed_torque, horizon=0.2)]
-        [(('torque',), 'sign')]
-    """
+    """Find faults of the logs, and the fault that explains most of the gap if there is one."""
     found = different(logs)
     answer = _answer(system, found, horizon, thresholds)
     said = [

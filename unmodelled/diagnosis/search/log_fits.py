@@ -38,10 +38,7 @@ def of_every(trials: Trials, steps: int) -> Question:
 
 
 def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit an offset and the clock of one experiment that stands out.
-
-    Takes before (experiments,).
-    """
+    """Fit an offset and the clock of one experiment with an outstanding error `before` (experiments,)."""
     worst = int(np.argmax(before))
     others = np.arange(len(before)) != worst
     limits = trials.thresholds
@@ -55,10 +52,7 @@ def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Yield a question whether runs have the inputs of other runs, where these leave far smaller errors.
-
-    Takes before (experiments,).
-    """
+    """Yield whether runs have inputs of others, where these leave far less than `before` (experiments,)."""
     logs, limits = trials.logs, trials.thresholds
     if not logs.inputs or not 1 < len(logs) <= MOST_RUNS:
         return

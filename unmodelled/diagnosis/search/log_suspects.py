@@ -38,21 +38,13 @@ LIMITS = np.geomspace(0.01, 0.5, 9)
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A correction of some experiments that may explain the gap.
+    """A correction of some experiments that may explain the gap."""
 
-    Attributes:
-        question: question whose correction changes only the experiments in `runs`.
-        runs: mask of the corrected experiments, shape (experiments,).
-        steps: number of samples of a window.
-        before: mean square errors of the logs as read, shape (experiments,).
-        after: mean square errors of the corrected logs, shape (experiments,).
-    """
-
-    question: Question
-    runs: Mask
-    steps: int
-    before: Array
-    after: Array
+    question: Question  # its correction changes only the experiments in `runs`
+    runs: Mask  # corrected ones, (experiments,)
+    steps: int  # samples of a window
+    before: Array  # mean square errors of the logs as read, (experiments,)
+    after: Array  # mean square errors of the corrected logs, (experiments,)
 
     @property
     def explains(self) -> float:

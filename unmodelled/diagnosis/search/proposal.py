@@ -20,17 +20,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A fitted hypothesis and laws that the linear system around it adds.
-
-    Attributes:
-        base: fitted hypothesis.
-        atoms: laws at places, in the order in which they are added.
-        amounts: their amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
-    """
+    """A fitted hypothesis and laws that the linear system around it adds."""
 
     base: FittedHypothesis
-    atoms: tuple[Atom, ...]
-    amounts: tuple[Array, ...]
+    atoms: tuple[Atom, ...]  # in the order in which they are added
+    amounts: tuple[Array, ...]  # amplitudes (amplitudes,) of each atom, in plausible sizes
 
     @classmethod
     def of(cls, base: FittedHypothesis, chooser: Chooser, one: Scored) -> Proposal:

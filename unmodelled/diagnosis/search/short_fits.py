@@ -18,15 +18,10 @@ BEGINNING, ITERATIONS = 8, 3
 
 @dataclass(frozen=True, eq=False)
 class ShortFits:
-    """Short fits of candidates.
-
-    Attributes:
-        known: the known physics, fitted.
-        recording: few windows.
-    """
+    """Short fits of candidates."""
 
     known: FittedHypothesis
-    recording: Recording
+    recording: Recording  # few windows
 
     def of(self, proposal: Proposal) -> LeftOut:
         """Return the left-out predictions of a proposal after a short fit."""

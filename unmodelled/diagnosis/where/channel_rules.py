@@ -27,15 +27,10 @@ FIRM, _TINY = 1e15, 1e-300
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """A rule on data that it was not fitted to.
+    """A rule on data that it was not fitted to."""
 
-    Attributes:
-        lowered: fall of the square errors.
-        gradient: remaining gradient, shape (windows, n), see `Corrections`.
-    """
-
-    lowered: float
-    gradient: Array
+    lowered: float  # fall of the square errors
+    gradient: Array  # remaining gradient, (windows, n), see `Corrections`
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,18 +38,12 @@ class Rule:
     """Corrections that are a function of direction and position, plus functions of speed and of the past.
 
     The uncertain parameters are fitted along: the missing effect has biased them.
-
-    Attributes:
-        corrections: corrections to explain.
-        place: number of their place.
-        features: indicators of the bins, shape (windows, heights).
-        pinned: whether the parameters are fixed.
     """
 
     corrections: Corrections
-    place: int
-    features: Array
-    pinned: bool = False
+    place: int  # number of their place
+    features: Array  # indicators of the bins, (windows, heights)
+    pinned: bool = False  # whether the parameters are fixed
 
     @classmethod
     def at(cls, corrections: Corrections, place: int, pinned: bool) -> Rule:
@@ -78,10 +67,7 @@ class Rule:
         return cls(corrections, 0, np.empty((len(corrections.recording.start), 0)))
 
     def checked(self, gradient: Array) -> Checked:
-        """Return the rule on data that it was not fitted to, with its best prior.
-
-        Takes gradient (windows, n).
-        """
+        """Return the rule on data that it was not fitted to, with its best prior; gradient (windows, n)."""
         tried = [self._checked(gradient, prior) for prior in PRIORS]
         return max(tried, key=lambda checked: checked.lowered)
 

@@ -26,28 +26,16 @@ TURNS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Coordinate:
-    """A quantity in the middle of every window.
+    """A quantity in the middle of every window."""
 
-    Attributes:
-        name: name in the system file; mod(name, 2*pi) for the position within a turn, d(name)/dt for a rate
-            without a name.
-        unit: text of the unit.
-        values: means over the windows, shape (windows,), SI.
-    """
-
-    name: str
+    name: str  # mod(name, 2*pi) for the position within a turn, d(name)/dt for a rate without a name
     unit: str
-    values: Array
+    values: Array  # means over the windows, (windows,), SI
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The coordinates of the windows of a recording, from the measured states of a model.
-
-    Attributes:
-        model: model with its states.
-        recording: windows over which the coordinates are averaged.
-    """
+    """The coordinates of the windows of a recording, from the measured states of a model."""
 
     model: JudgedModel
     recording: Recording
@@ -70,10 +58,7 @@ class Coordinates:
         return self._level(place.name, unit), self._rate(place.name, f"({unit})/s")
 
     def samples(self, place: Place) -> dict[str, Array]:
-        """Return the coordinates at every sample, without those that are differences of samples.
-
-        Gives (samples,).
-        """
+        """Return coordinates (samples,) at every sample, without those that are differences of samples."""
         if place.kind != "port":
             return {place.name: self._signals[place.name]}
         found = {name: self._signals[name] for name in self.model.system.port(place.name).coordinates}
@@ -93,10 +78,7 @@ class Coordinates:
         return tuple(found)
 
     def lags(self, place: Place, times: tuple[float, ...]) -> list[Array]:
-        """Return how far the first coordinate of a place is ahead of its exponential means.
-
-        Takes times in s; gives (windows,).
-        """
+        """Return how far the first coordinate (windows,) of a place is ahead of means over times, s."""
         from scipy.signal import lfilter  # half a second to load
 
         name = place.name
@@ -115,10 +97,7 @@ class Coordinates:
         return found
 
     def mean(self, signal: Array) -> Array:
-        """Return the means of a signal over the windows.
-
-        Takes signal (samples,); gives (windows,).
-        """
+        """Return the means (windows,) of a signal (samples,) over the windows."""
         sums = np.concatenate([[0.0], np.cumsum(signal)])
         first, steps = self.recording.start, self.recording.steps
         return np.asarray((sums[first + steps + 1] - sums[first]) / (steps + 1))

@@ -59,10 +59,7 @@ def main_coordinate(table: pd.DataFrame, name: str) -> str:
 
 
 def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
-    """Return the laws that were found, along the main coordinates of channels.
-
-    Gives a value in SI.
-    """
+    """Return the laws that were found, along the main coordinates of channels."""
     parts = [pd.DataFrame(columns=["channel", "x", "low", "law", "high"])]
     coordinates = where.lacking.coordinates
     for place in where.lacking.places:

@@ -52,24 +52,15 @@ CONSTANTS: Mapping[Kind, Effect] = {
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """Corrections at the places of a model over the windows of a recording.
-
-    Attributes:
-        model: model that is corrected.
-        recording: windows, in each of which a correction is constant.
-        places: all ports, inputs and outputs.
-        curvature: second derivatives, shape (windows, n, n), of half the square errors of a window, in
-            standard deviations of the noise, by the corrections at the places and then by the uncertain
-            parameters, SI; the initial states are eliminated.
-        gradient: first derivatives, shape (windows, n), of half the square errors of a window.
-        thresholds: thresholds of the decisions.
-    """
+    """Corrections at the places of a model over the windows of a recording."""
 
     model: JudgedModel
-    recording: Recording
-    places: tuple[Place, ...]
-    curvature: Array
-    gradient: Array
+    recording: Recording  # in each window a correction is constant
+    places: tuple[Place, ...]  # all ports, inputs and outputs
+    #: Derivatives of half the square errors of a window, in noise variances, by the corrections at the places
+    #: and then by the uncertain parameters, SI; the initial states are eliminated.
+    curvature: Array  # second ones, (windows, n, n)
+    gradient: Array  # first ones, (windows, n)
     thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @classmethod
@@ -80,10 +71,7 @@ class Corrections:
         sensors: Sensors,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
     ) -> Corrections:
-        """Compute the corrections in windows as short as the noise permits.
-
-        Takes horizon in s.
-        """
+        """Compute the corrections in windows as short as the noise permits."""
         logs, places = model.logs, channels(model.system)
         system, unknowns = _with_constants(model.system, logs, places)
         samples = max(FEWEST_SAMPLES, round(SHORTEST_WINDOW / logs.period))
