@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Compared,
@@ -29,8 +29,6 @@ from unmodelled.diagnosis.fitting.judged_models import known_model, values_per_e
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
-
-Array = NDArray[np.float64]
 
 #: Draws of the bootstrap.
 DRAWS = 2000

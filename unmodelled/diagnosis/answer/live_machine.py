@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.answer.live_numbers import parameter_sliders, values_of
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -20,8 +20,6 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states, readings
 from unmodelled.systems.model import TIME, Output, System
-
-Array = NDArray[np.float64]
 
 #: Numbers of all experiments that a page holds, of 11 bytes each: a page stays below about 4 MB.
 MOST_NUMBERS = 250_000

@@ -8,19 +8,15 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.core.comparison import signs
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.left_out_kernels import MOST
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Best single laws of which all pairs with any other are scored, and all triples; sets that grow by one law.
 PAIRED, TRIPLED, BEAM = 60, 25, 20

@@ -8,11 +8,11 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.local_laws import LocalLaws
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.core.propagation import propagate
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
 from unmodelled.effects.delay import Delay
@@ -21,9 +21,6 @@ from unmodelled.effects.extrapolation import continued
 from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place, Site, site
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.

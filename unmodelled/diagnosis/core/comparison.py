@@ -7,9 +7,8 @@ from functools import cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.diagnosis.data.arrays import Array
 
 #: Parts up to which all changes of signs are counted; of more parts, so many random ones.
 EXACT, DRAWN = 12, 4096

@@ -18,12 +18,9 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
 from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
 from unmodelled.diagnosis.core.left_out_kernels import without_starts
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Shapes that are kept of a law at a place, and laws that are kept at a level of a factor: budgets.
 KEPT, LOCAL = 2, 24

@@ -6,13 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 
 #: Plausible sizes by which the prior of an amplitude spreads.
 PRIOR = 3.0

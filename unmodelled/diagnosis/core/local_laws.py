@@ -8,9 +8,9 @@ from functools import cache, cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.effects.law import Law
 from unmodelled.effects.motion import acceleration
 from unmodelled.effects.place import Place, Site
@@ -19,8 +19,6 @@ from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol
 from unmodelled.systems.scope import Scope, Value
-
-Array = NDArray[np.float64]
 
 
 @cache

@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core import propagation
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.floor import start_noise
@@ -26,10 +26,6 @@ from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.logs.clock import EVERY
 from unmodelled.logs.readings import Reading
 from unmodelled.systems.model import System, symbol
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Step of a central difference, as a share of the largest value: a smoothed corner is a thousandth of it.
 STEP = 1e-6

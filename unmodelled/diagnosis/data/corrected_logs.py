@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.sensors import Sensors, SmoothedSlope
 from unmodelled.logs.clock import Kind, read_at
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import with_delays
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +23,7 @@ class Correction:
     drive: Array  # of the inputs, (experiments, inputs)
     clock: Array  # of time, (experiments,)
     inputs: Array | None = None  # replace the logged ones, (samples, inputs); nan where these stay
-    owner: NDArray[np.int64] | None = None  # experiment of every sample of `inputs`, (samples,)
+    owner: Indices | None = None  # experiment of every sample of `inputs`, (samples,)
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:

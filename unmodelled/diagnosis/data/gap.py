@@ -10,14 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.units import LoggedUnit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Periods; a delay is a whole number of them if it is so close to one.
 WHOLE = 1e-6
@@ -41,7 +38,7 @@ class FreeRun:
 
     #: (samples, outputs), in their units; nan where nothing is simulated, not finite where it diverged.
     y: Array
-    counted: NDArray[np.bool_]  # (samples, outputs): a prediction, not the start of a simulation or nothing
+    counted: Mask  # (samples, outputs): a prediction, not the start of a simulation or nothing
     window: Indices  # window that ends at or holds the sample, from 0 in every experiment, (samples,)
 
 

@@ -6,11 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Indices
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-
-Indices = NDArray[np.int64]
 
 #: Largest number of levels of a factor, each of which has candidates of its own (a budget).
 MOST_LEVELS = 8

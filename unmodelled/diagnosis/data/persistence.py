@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Largest number of predictions per candidate horizon (a budget of time), and ratio of candidate horizons.
 STARTS, RATIO = 2000, 1.03

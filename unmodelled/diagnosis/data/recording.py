@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Fewest samples of a window that is cut short.
 SHORTEST = 8
@@ -108,7 +105,7 @@ class Recording:
         return self.logs.owner[self.start]
 
     @cached_property
-    def counted(self) -> NDArray[np.bool_]:
+    def counted(self) -> Mask:
         """Return the mask, shape (windows, most steps), of predicted samples."""
         return np.asarray(np.arange(self.steps.max()) < self.steps[:, None])
 

@@ -8,17 +8,14 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import EVERY, Rows, Splines
 from unmodelled.logs.differentiate import noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.savitzky_golay import ORDER, kernel
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Random draws of noise from which the error of a slope is estimated.
 REPLICATES = 3
@@ -122,12 +119,12 @@ class Sensors:
         return tuple(range(len(self.logs))) if self.runs is None else self.runs
 
     @cached_property
-    def _rows(self) -> NDArray[np.int64]:
+    def _rows(self) -> Indices:
         """Numbers of the samples of the runs, shape (samples of the runs,)."""
         return np.concatenate([np.arange(*self.logs.offsets[[i, i + 1]]) for i in self._known])
 
     @cached_property
-    def _offsets(self) -> NDArray[np.int64]:
+    def _offsets(self) -> Indices:
         """First samples of the runs among `_rows`, shape (runs + 1,)."""
         return np.concatenate([[0], np.cumsum(np.diff(self.logs.offsets)[list(self._known)])])
 

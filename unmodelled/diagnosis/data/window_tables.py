@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.program import Program
@@ -17,9 +17,6 @@ from unmodelled.logs.clock import EVERY, Rows, delayed
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import Reading, readings
 from unmodelled.systems.model import TIME, System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.motion import acceleration, is_inertial, mobility
@@ -17,8 +17,6 @@ from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import TIME, System, symbol
-
-Array = NDArray[np.float64]
 
 #: Samples over which a measured acceleration is taken; one is too noisy.
 LAG = 10

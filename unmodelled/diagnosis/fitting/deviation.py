@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import ENOUGH, LARGEST_ERROR, SHARE, SUBSTEPS
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-
-Array = NDArray[np.float64]
 
 #: Steps per sample after which windows that diverge are tried with the finest steps.
 PATIENCE = 8
@@ -103,14 +101,12 @@ def _changes(coarse: Runs, fine: Runs, recording: Recording) -> Array:
     return np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)
 
 
-def _wild(change: Array, counted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _wild(change: Array, counted: Mask) -> Mask:
     """Windows (windows,) in which an output changes by as much as a change may count."""
     return np.asarray(((change >= LARGEST_ERROR).any(axis=2) & counted).any(axis=1))
 
 
-def _hopeless(
-    simulation: Simulation, values: Array, wild: NDArray[np.bool_], tried: Sequence[int]
-) -> NDArray[np.bool_]:
+def _hopeless(simulation: Simulation, values: Array, wild: Mask, tried: Sequence[int]) -> Mask:
     """Windows (windows,) that the finest steps do not mend: the root of a negative number."""
     if not wild.any() or tried[-1] == PATIENCE:
         return np.zeros_like(wild)

@@ -10,15 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE, Descent, begin, iterate
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
-
-Array = NDArray[np.float64]
 
 #: Iterations of every start before the best one is continued; least samples and windows on which starts are
 #: compared.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.deviation import Deviation
 from unmodelled.diagnosis.fitting.simulation import Simulation
-
-Array = NDArray[np.float64]
 
 
 def start_noise(simulation: Simulation, values: Array) -> Array:

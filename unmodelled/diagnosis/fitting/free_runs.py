@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import (
     DIVERGED,
     LARGEST_ERROR,
@@ -27,8 +27,6 @@ from unmodelled.diagnosis.fitting.floor import floor
 from unmodelled.diagnosis.fitting.simulation import MakeBackend, Runs, Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 
 def free_runs(

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
@@ -23,8 +23,6 @@ from unmodelled.effects.effect import Effect
 from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.normal_equations import RANK
-
-Array = NDArray[np.float64]
 
 
 def interval(

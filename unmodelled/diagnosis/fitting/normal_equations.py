@@ -8,10 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from unmodelled.diagnosis.data.arrays import Array, Indices
 
 #: Relative curvature below which the data do not determine an unknown: a few thousand roundings.
 LEAST_CURVATURE = 1e-12

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-
-Array = NDArray[np.float64]
 
 #: Steps of forward differences, in units of an unknown and of the noise of an initial state.
 STEP, START_STEP = 1e-4, 0.1
@@ -74,7 +72,7 @@ class Errors:
         return np.where(z + STEP <= self.unknowns.bounds[1], STEP, -STEP)
 
 
-def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
+def spread(r: Array, counted: Mask) -> Array:
     """Estimate the robust standard deviation (outputs,) of residuals, at least that of the noise."""
     return np.maximum(1.4826 * np.median(np.abs(r[counted]), axis=0), 1.0)
 

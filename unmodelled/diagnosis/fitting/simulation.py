@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader
@@ -20,9 +20,6 @@ from unmodelled.logs.clock import EVERY, Rows
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Lengths of windows after which hidden states may have forgotten how they started, and the share of their
 #: spread that counts as forgotten.
@@ -39,7 +36,7 @@ class Runs:
     #: Simulated, from the second sample of a window on; nan after its end, not finite where it diverged.
     y: Array  # (windows, sets, most steps, outputs)
     measured: Array  # at the same samples, (windows, sets or 1, most steps, outputs)
-    counted: NDArray[np.bool_]  # samples before the end of a window, (windows, most steps)
+    counted: Mask  # samples before the end of a window, (windows, most steps)
     first: Array  # simulated at the first sample of a window, without delay, (windows, sets, outputs)
 
     def errors(self, scale: Array) -> Array:
@@ -48,7 +45,7 @@ class Runs:
             return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
 
     @property
-    def diverged(self) -> NDArray[np.bool_]:
+    def diverged(self) -> Mask:
         """Return the mask, shape (windows, sets), of windows in which an output has no finite value."""
         return np.asarray((~np.isfinite(self.y).all(-1) & self.counted[:, None]).any(-1))
 

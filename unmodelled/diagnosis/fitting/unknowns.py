@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.systems.model import Parameter
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 
 #: Values by name, SI, of a number that differs between experiments by name and id.
 Start = Mapping[str, float | Mapping[str, float]]

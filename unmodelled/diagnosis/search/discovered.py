@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.equations import Equations
@@ -31,8 +30,6 @@ from unmodelled.effects.quadratic_drag import QuadraticDrag
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.systems.model import Port, System
-
-Array = NDArray[np.float64]
 
 #: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
 LONGEST, DAMPED_POWER = 3, 2

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from threadpoolctl import threadpool_limits
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
 
 #: Name of the problem that an output is computed from another one.
 COPY = "copy"

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
@@ -37,9 +37,6 @@ from unmodelled.logs.inspection.related import is_related, surrogates
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Horizons that are tried one after the other, in units of the given one: within a short horizon a true model
 #: may be hardly better than no model.

@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
-
-Array = NDArray[np.float64]
 
 #: Name of the problem.
 CLOCK_PROBLEM = "clock"
@@ -79,7 +77,7 @@ def _factor(trials: Trials, steps: int) -> float:
     return float(np.exp(_lowest(square, FACTORS)[0]))
 
 
-def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question:
+def _of_time(trials: Trials, factor: float, runs: Mask) -> Question:
     fast = 1.0 / factor
     way = "fast" if fast > 1.0 else "slow"
     times = f"{100.0 * abs(fast - 1.0):.2g} %"

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import Question
 from unmodelled.diagnosis.data.replaced_inputs import later_inputs
@@ -21,9 +21,6 @@ from unmodelled.effects.parameter_error import ParameterError
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock is
 #: more likely.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.persistence import persistence_errors
@@ -18,8 +18,6 @@ from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Simulated samples per question, about (a budget of time), and smallest number of windows per experiment.
 QUESTION_SAMPLES, FEWEST_WINDOWS = 6000, 4

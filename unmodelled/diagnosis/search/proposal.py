@@ -7,15 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.choose import Chooser, Scored
 from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.effects.place import Place
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.where.corrections import Corrections
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Bins of the first coordinate, for either direction, and of the others.
 FINE_BINS, COARSE_BINS = 32, 16
@@ -84,7 +81,7 @@ class Rule:
         left = gradient + (self.corrections.curvature @ v[:, :, None])[:, :, 0]
         return Checked(-float(np.sum(v * (gradient + left))), left)
 
-    def _slope(self, gradient: Array, mine: NDArray[np.bool_]) -> Array:
+    def _slope(self, gradient: Array, mine: Mask) -> Array:
         """(unknowns,) by heights and parameters, of some windows."""
         own, parameters = gradient[mine, self.place], gradient[mine, len(self.corrections.places) :]
         return np.concatenate([self.features[mine].T @ own, parameters.sum(0)])
@@ -116,7 +113,7 @@ class Rule:
         return (FIRM if self.pinned else 1.0) / np.where(values == 0.0, 1.0, values) ** 2
 
     @cached_property
-    def _parts(self) -> list[NDArray[np.bool_]]:
+    def _parts(self) -> list[Mask]:
         """(windows,) which belong to a part."""
         return [self.corrections.group % FOLDS == k for k in range(FOLDS)]
 

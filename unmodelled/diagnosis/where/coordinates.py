@@ -8,16 +8,14 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, site
 from unmodelled.effects.scales import Scales
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 TURN = 2.0 * np.pi
 #: A position in rad that goes further than so many turns is counted within one.

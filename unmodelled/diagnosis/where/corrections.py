@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -32,9 +32,6 @@ from unmodelled.effects.scales import Scales
 from unmodelled.effects.sensor_offset import SensorOffset
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: The shortest windows, in s and in samples.
 SHORTEST_WINDOW, FEWEST_SAMPLES = 0.01, 8
@@ -106,7 +103,7 @@ class Corrections:
         return np.diagonal(self.curvature, axis1=1, axis2=2)[:, : len(self.places)]
 
     @cached_property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Mask:
         """Return the mask of determined corrections, shape (windows, places)."""
         error = np.where(np.isfinite(self.error), self.error, np.inf)
         return np.asarray(

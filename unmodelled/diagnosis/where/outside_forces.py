@@ -6,18 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from unmodelled.base.wording import level_name
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Name of the fault in diagnosis.json.
 OUTSIDE_FORCE = "outside_force"

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -23,7 +23,6 @@ Rows = tuple[dict[str, Any], ...]
 
 #: Random permutations of the experiments from which the probability of a level's share is estimated.
 PERMUTATIONS = 4000
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
