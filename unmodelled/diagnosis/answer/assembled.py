@@ -207,10 +207,7 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
 
 
 def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
-    """Return the answer with the faults of the logs; nothing is searched and nothing fitted.
-
-    The confidence is the share of the gap that the fault explains, and full where logs are identical.
-    """
+    """Return the answer with the faults of the logs, as sure as they explain the gap; nothing is fitted."""
     known = known_model(study)
     shares = [f.explains for f in faults if f.decides and f.explains is not None]
     return Diagnosis(
