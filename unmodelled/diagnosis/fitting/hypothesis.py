@@ -12,7 +12,7 @@ from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -190,7 +190,7 @@ class FittedHypothesis:
 
     hypothesis: Hypothesis
     recording: Recording  # windows that the unknowns were fitted to
-    fit: Fit
+    fit: ParameterFit
 
     @classmethod
     def of(

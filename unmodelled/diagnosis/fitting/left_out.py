@@ -64,10 +64,7 @@ class LeftOut:
 
     @property
     def count(self) -> int:
-        """Return the number of parts, or of experiments where these have numbers of their own.
-
-        All parts of such an experiment leave it out as a whole.
-        """
+        """Return the number of parts; with own numbers that of experiments, each left out as a whole."""
         runs = len(np.unique(self.fitted.recording.owner))
         return runs if self.fitted.is_own else len(self.values)
 

@@ -31,11 +31,7 @@ class NormalEquations:
     def of(
         cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
     ) -> NormalEquations:
-        """Return the products of residuals (windows, samples, outputs) and derivatives.
-
-        `slopes` (windows, unknowns + states, samples, outputs); `moved` (windows, states) in units of their
-        noise.
-        """
+        """Return the products of residuals and derivatives; `moved` (windows, states) is in its noise."""
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
         first, states = entry.shape[1], moved.shape[1]
