@@ -41,10 +41,7 @@ class Scored:
     errors: Array  # squared errors of left-out experiments, the same shares, (experiments,)
 
     def is_like(self, other: Scored) -> bool:
-        """Return whether the errors differ by chance only, judged by the experiments.
-
-        Another set (Sivula, Magnusson and Vehtari 2020: few groups tell little).
-        """
+        """Return whether errors differ by chance only (Sivula et al. 2020: few groups tell little)."""
         off = self.errors - other.errors
         error = np.sqrt(len(off)) * off.std(ddof=1) if len(off) > 1 else np.inf
         return bool(abs(off.sum()) <= ALIKE * error)
@@ -56,14 +53,6 @@ class _Level(NamedTuple):
     units: Indices  # (sets, n)
     costs: Array  # (sets,)
     errors: Array  # shares of the error, (sets, experiments)
-
-
-@dataclass(frozen=True, eq=False)
-class Class:
-    """Sets that predict the same."""
-
-    head: Scored
-    twins: list[Scored]  # others with no more laws
 
 
 @dataclass(eq=False)
@@ -235,18 +224,18 @@ class Chooser:
         names = frozenset().union(*(self._names[unit] for unit in units))
         return Scored(atoms, names, float(level.costs[k]), level.errors[k])
 
-    def classes(self) -> list[Class]:
-        """Group sets, the best first: one joins the first class from which it differs by chance only.
+    def classes(self) -> list[list[Scored]]:
+        """Group sets, the best first: one joins the first class from whose head it differs by chance only.
 
         A set with more laws than the head of a class only contains more, it is no twin.
         """
-        found: list[Class] = []
+        found: list[list[Scored]] = []
         for one in self.sets[:GROUPED]:
-            like = next((group for group in found if one.is_like(group.head)), None)
+            like = next((group for group in found if one.is_like(group[0])), None)
             if like is None and len(found) < CLASSES:
-                found.append(Class(one, []))
-            elif like is not None and len(one.names) <= len(like.head.names):
-                like.twins.append(one)
+                found.append([one])
+            elif like is not None and len(one.names) <= len(like[0].names):
+                like.append(one)
         return found
 
     def differences(self) -> list[Atom]:

@@ -196,10 +196,7 @@ class Path:
 
     @cached_property
     def shown(self) -> Array:
-        """Return the derivatives of the outputs by the states, shape (windows, K + 1, outputs, states).
-
-        Outputs are in units of the sensor noise.
-        """
+        """Return the derivatives (windows, K + 1, outputs, states) of outputs, in sensor noise, by states."""
         found = self._by_states[:, ::2, len(self.system.states) :]
         return np.ascontiguousarray(found / self.recording.noise[:, None])
 

@@ -54,10 +54,7 @@ def multiply(a, b, out):
 
 @jit()
 def transitions(A, period):
-    """Return transition matrices of a sample and of its second half, each (windows, K, n, n).
-
-    `A`: derivatives of the rates by the states on the half grid, (windows, 2 K + 1, n, n); period in s.
-    """
+    """Return transitions (windows, K, n, n) of samples and their second halves, from A on the half grid."""
     W, H, n, _ = A.shape
     K = (H - 1) // 2
     whole, second = np.empty((W, K, n, n)), np.empty((W, K, n, n))
