@@ -56,10 +56,7 @@ class Efforts:
         return 1.0 / float(np.median(yielding[np.isfinite(yielding)]))
 
     def largest(self, name: str) -> float:
-        """Return the largest effort that acts at a port.
-
-        It is the largest effort that the known physics has there, or that it lacks there to move as measured.
-        """
+        """Return the largest effort that acts at a port, or that it lacks there to move as measured."""
         system, logs = self.system, self.logs
         port = system.port(name)
         if not is_inertial(system, port):

@@ -174,7 +174,7 @@ def _combination(fitted: FittedHypothesis, moves: Mapping[str, float]) -> Remark
     todo = f"measure {one} separately, or log motions that tell them apart"
     exponents = _exponents(moves)
     if exponents and _same(fitted, exponents):
-        products = listed(tuple(_product(names[0], n, exponents) for n in names[1:]))
+        products = listed(_product(names[0], n, exponents) for n in names[1:])
         sentence = f"these logs determine only {products}, not {listed(names)} by themselves; {todo}"
     else:
         sentence = f"{_moves(fitted, moves)}, without a visible change of the error; {todo}"
@@ -186,7 +186,7 @@ def _moves(fitted: FittedHypothesis, moves: Mapping[str, float]) -> str:
     (first, most), *others = moves.items()
     if len(others) > 1:
         largest = _percent(max(moves.values(), key=abs))
-        return f"{listed(tuple(_label(fitted, n) for n in moves))} can change together by {largest}"
+        return f"{listed(_label(fitted, n) for n in moves)} can change together by {largest}"
     ((second, follow),) = others
     way = "rises" if most * follow > 0.0 else "falls"
     return (

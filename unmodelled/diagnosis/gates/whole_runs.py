@@ -26,10 +26,7 @@ NAMED = 4
 
 @dataclass(frozen=True)
 class WholeRuns:
-    """Free runs of a system from the start to the end of experiments, beside the measured outputs.
-
-    Hidden states start as `simulate` starts them.
-    """
+    """Free runs from the start to the end of experiments; hidden states start as `simulate` starts them."""
 
     system: System
     recording: Recording  # experiments, one window each

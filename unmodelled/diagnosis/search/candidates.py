@@ -187,10 +187,7 @@ class Candidates:
 
     @cached_property
     def sound(self) -> Mask:
-        """Return the mask, shape (candidates,), of those whose effects all pay.
-
-        Such a candidate beats all fitted ones with one of its effects less, see `Hypothesis.units`.
-        """
+        """Return which (candidates,) beat all fitted ones with one of `Hypothesis.units` less."""
         return np.array([self._is_sound(k) for k in range(len(self.fits))])
 
     def _is_sound(self, candidate: int) -> bool:

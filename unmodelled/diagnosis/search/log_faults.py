@@ -24,6 +24,7 @@ from unmodelled.diagnosis.data.log_questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.replaced_inputs import slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -247,16 +248,12 @@ def _sentence(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> str:
     """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
-    of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"
-    found = f"{_listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
+    of = "" if best.everywhere else f" of {listed([logs.ids[i] for i in runs])}"
+    found = f"{listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
     old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
     falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations within a run"
     said = f"{found}: {problem.done}, {falls}."
     if alike:
-        others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
+        others = (f"{listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
     return f"{said} {problem.cure}, then diagnose again."
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -125,10 +125,7 @@ def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
 
 
 def _with_inertia(system: System) -> System:
-    """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
-
-    A wrong clock has the same effect, except on damping.
-    """
+    """Return the system with all accelerations times a factor: a wrong clock, except on damping."""
     name = "factor_of_all_accelerations"
     free = Parameter(name, "1", 1.0, identify=True, bounds=WRONG)
     dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)

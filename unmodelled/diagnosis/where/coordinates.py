@@ -40,11 +40,7 @@ class Coordinates:
     _found: dict[Place, tuple[Coordinate, ...]] = field(default_factory=dict, repr=False)
 
     def of(self, place: Place) -> tuple[Coordinate, ...]:
-        """Return the coordinates that an effect at a place may depend on.
-
-        These are position, velocity and acceleration of a port, as far as it has them, or an input or output
-        and its rate.
-        """
+        """Return position, velocity and acceleration of a port, or an input or output and its rate."""
         if place not in self._found:
             self._found[place] = self._of_port(place) if place.kind == "port" else self._of_signal(place)
         return self._found[place]

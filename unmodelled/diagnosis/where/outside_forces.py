@@ -135,9 +135,9 @@ def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -
         ]
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
-        each.append(f"{logs.ids[run]} needs {listed(tuple(told))}")
+        each.append(f"{logs.ids[run]} needs {listed(told)}")
     of = [level_name(name, level) for name, level, rows in levels(logs.experiments) if rows.tolist() == runs]
-    these = f"These are the experiments in which {listed(tuple(of))}: " if of else ""
+    these = f"These are the experiments in which {listed(of)}: " if of else ""
     it = "what they share may need it. Otherwise it" if of else "It"
     return (
         f"{'; '.join(each)}: other experiments have such motions and inputs, but none needs so much. "

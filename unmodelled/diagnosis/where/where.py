@@ -27,10 +27,7 @@ PERMUTATIONS = 4000
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """The place of the gap, as diagnosis.json reports it (shared/contracts/diagnosis.md).
-
-    Rows come with the largest share first.
-    """
+    """The place of the gap, as in diagnosis.json (shared/contracts/diagnosis.md), largest shares first."""
 
     channels: Rows  # port (see `effect_channels.channel_of`), share of the squared gap above the floor
     regions: Rows  # signal, low, high (SI), share of the squared correction at the largest channel
@@ -42,10 +39,7 @@ class Where:
 
 
 def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> Where:
-    """Locate the gap of a diagnosis.
-
-    Without a gap, or where the logs must be checked, there are no channels, regions or factors.
-    """
+    """Locate the gap; no channels, regions or factors where there is none or the logs must be checked."""
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
     lacking = Corrections.of(physics, diagnosis.horizon, sensors, thresholds)
@@ -127,11 +121,10 @@ def factors(
     seed: int,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> tuple[dict[str, Any], ...]:
-    """Return levels whose share of the squared gap is clearly larger than their share of the samples.
+    """Return levels whose share of `excess` (experiments,) is clearly larger than that of `samples`.
 
     The probability of such a share by chance comes from random permutations of the experiments. A column is
-    left out where all experiments have one level, or each its own. `excess` and `samples` have shape
-    (experiments,).
+    left out where all experiments have one level, or each its own.
     """
     amount = np.maximum(excess, 0.0) * samples
     whole = float(amount.sum())
