@@ -23,8 +23,7 @@ from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.search.proposal import Proposal
-from unmodelled.diagnosis.search.short_fits import BEGUN, ShortFits
+from unmodelled.diagnosis.search.proposal import BEGUN, Proposal, ShortFits
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
