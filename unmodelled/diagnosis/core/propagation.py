@@ -83,7 +83,7 @@ def propagate(whole, second, B, C, D, forcing, start, steps, judged, order, chai
     - C: derivatives of the outputs by the states, (windows, K + 1, outputs, n).
     - forcing: addition to what is forced, (windows, 2 K + 1, columns).
     - start: change of the initial states, (windows, n, columns); of hidden ones where a chain begins.
-    - order, chained, hidden: see `Path.chain`.
+    - order, chained, hidden: see `Path.chain`; period in s.
     """
     K, n = whole.shape[1:3]
     J, N = C.shape[2], forcing.shape[2]

@@ -31,7 +31,7 @@ class NormalEquations:
     def of(
         cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
     ) -> NormalEquations:
-        """Return the products of residuals and derivatives; `moved` (windows, states) is in its noise."""
+        """Return the products of residuals and derivatives; `moved` (windows, states) in units of noise."""
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
         first, states = entry.shape[1], moved.shape[1]
