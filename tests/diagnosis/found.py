@@ -11,7 +11,7 @@ from tests.diagnosis.studies import HORIZON, JOINT, effect, judged, scales_of
 from unmodelled.diagnosis.data import result
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
@@ -72,7 +72,7 @@ def as_given(system: System, logs: Logs) -> Diagnosis:
     )
 
 
-def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[JudgedModel, Fit]:
+def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[JudgedModel, ParameterFit]:
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit_parameters(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)

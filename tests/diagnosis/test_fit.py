@@ -15,7 +15,7 @@ from tests.diagnosis.studies import F_C, MGL, B, simulation_of
 from tests.machines.folders import Array, logs_of, motion, system_of, text_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
@@ -28,7 +28,7 @@ GAIN = (
 )
 
 
-def errors_of(found: Fit, truth: dict[str, float]) -> Array:
+def errors_of(found: ParameterFit, truth: dict[str, float]) -> Array:
     """In standard deviations."""
     sigma = np.sqrt(np.diag(found.covariance))
     return np.array([(found.values[n] - truth[n]) / sigma[found.names.index(n)] for n in truth])

@@ -22,10 +22,12 @@ ROOM = Path(__file__).parents[2] / "unmodelled" / "diagnosis"
 
 
 def test_every_threshold_has_meaning_unit_origin_and_sensitivity() -> None:
+    """In the comment above it."""
+    source = inspect.getsource(Thresholds)
     for each in fields(Thresholds):
-        assert set(each.metadata) == {"unit", "origin", "sensitivity"}, each.name
-        assert all(each.metadata.values()), each.name
-        assert f"\n    {each.name}: " in (inspect.getdoc(Thresholds) or "")
+        above = re.search(rf"((?:    #: .*\n)+)    {each.name}: ", source)
+        text = above[1].replace("\n    #: ", " ") if above else ""
+        assert re.match(r"    #: \w.+ \[.+\]\. Origin: .+\. .*\w\.\n", text), each.name
 
 
 def test_every_threshold_is_used() -> None:

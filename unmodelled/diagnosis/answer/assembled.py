@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Compared,
@@ -29,8 +29,6 @@ from unmodelled.diagnosis.fitting.judged_models import known_model, values_per_e
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
-
-Array = NDArray[np.float64]
 
 #: Draws of the bootstrap.
 DRAWS = 2000
@@ -209,10 +207,7 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
 
 
 def misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
-    """Return the answer with the faults of the logs; nothing is searched and nothing fitted.
-
-    The confidence is the share of the gap that the fault explains, and full where logs are identical.
-    """
+    """Return the answer with the faults of the logs, as sure as they explain the gap; nothing is fitted."""
     known = known_model(study)
     shares = [f.explains for f in faults if f.decides and f.explains is not None]
     return Diagnosis(

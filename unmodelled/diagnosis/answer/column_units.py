@@ -45,10 +45,7 @@ def _channel(system: System, about: Mapping[str, Any]) -> dict[str, Any]:
 def table_in_columns(
     system: System, channels: Mapping[str, Any], table: pd.DataFrame, along: Mapping[str, str] | None = None
 ) -> pd.DataFrame:
-    """Return a table of corrections, or of laws, with its values in the units of the logs.
-
-    Takes table in SI.
-    """
+    """Return a table of corrections, or of laws, in SI with its values in the units of the logs."""
     found = table.copy()
     for name, about in channels.items():
         rows = found["channel"] == name
@@ -63,10 +60,7 @@ def table_in_columns(
 
 
 def regions_in_columns(system: System, regions: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return regions with their ends in the units of the logs.
-
-    Takes regions in SI.
-    """
+    """Return regions, in SI, with their ends in the units of the logs."""
     found = []
     for row in regions:
         unit = axis_unit(system, str(row["signal"])) or LoggedUnit("", 1.0, 0.0)

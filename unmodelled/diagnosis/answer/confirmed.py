@@ -34,19 +34,12 @@ MOST_REFUSED = 3
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """A hypothesis that predicts left-out experiments best and that the held-out experiments confirm.
-
-    Attributes:
-        search: search with all fits.
-        chosen: hypothesis to name; without effects if none is confirmed.
-        reidentified: the physics without effects, judged on the held-out experiments.
-        notes: sentences on ports that were added and on effects that were refused.
-    """
+    """A hypothesis that predicts left-out experiments best and that the held-out experiments confirm."""
 
     search: EffectSearch
-    chosen: FittedHypothesis
-    reidentified: JudgedModel
-    notes: tuple[str, ...]
+    chosen: FittedHypothesis  # hypothesis to name; without effects if none is confirmed
+    reidentified: JudgedModel  # the physics without effects, judged on the held-out experiments
+    notes: tuple[str, ...]  # on ports that were added and on effects that were refused, a sentence each
 
 
 def confirmed(study: Study, workers: int, progress: Callable[[str], None]) -> Confirmed:

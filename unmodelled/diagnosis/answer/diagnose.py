@@ -53,10 +53,7 @@ def findings(
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
 ) -> Findings:
-    """Diagnose the gap between a system and measured experiments, and check all files of the answer.
-
-    Takes horizon in s.
-    """
+    """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.
     check_seed(seed)
     logs = several(system, logs)
@@ -109,8 +106,6 @@ def diagnose_gap(
     """Find the effects that explain the gap between a system and measured experiments.
 
     A share of the experiments is held out from fitting and choosing; gaps are computed on these.
-
-    Takes horizon in s.
     """
     if faults is None:
         system, logs, faults = without_copies(system, logs, horizon, thresholds)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
@@ -19,6 +18,7 @@ from unmodelled.diagnosis.answer.column_units import (
     table_in_columns,
 )
 from unmodelled.diagnosis.answer.live_machine import about_machine
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.correction_tables import (
@@ -33,8 +33,6 @@ from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.logs.logs import as_logged
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 FOLDER, ABOUT = "tables", "about.json"
 #: Intervals into which the time of an experiment is divided.

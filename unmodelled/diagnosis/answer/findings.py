@@ -30,24 +30,14 @@ Part = Callable[[Path], Mapping[str, Exception] | None]
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """A diagnosis with the place of the gap, ready to be written.
-
-    Attributes:
-        diagnosis: verdict, effects and judged models.
-        where: place of the gap: channels, regions, factors and experiments.
-        exported: whether the augmented system is offered as a system file.
-        robot: patched robot file; None (default) for a system without robot, or if it is not offered.
-        refused: files that are not offered, with the reasons; default none.
-        laws: laws of the user that were tried, too; default none.
-        options: numbers that decided; default those that are measured.
-    """
+    """A diagnosis with the place of the gap, ready to be written."""
 
     diagnosis: Diagnosis
     where: Where
-    exported: bool
-    robot: RobotFile | None = None
-    refused: tuple[Refusal, ...] = ()
-    laws: tuple[Law, ...] = ()
+    exported: bool  # whether the augmented system is offered as a system file
+    robot: RobotFile | None = None  # None for a system without robot, or if it is not offered
+    refused: tuple[Refusal, ...] = ()  # files that are not offered, with the reasons
+    laws: tuple[Law, ...] = ()  # of the user that were tried, too
     options: Options = DEFAULT_OPTIONS
 
     @property

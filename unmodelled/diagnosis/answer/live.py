@@ -10,7 +10,6 @@ from typing import Any, Literal
 import numpy as np
 import pandas as pd
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json, replacing
 from unmodelled.base.tables import read_table
@@ -18,14 +17,13 @@ from unmodelled.diagnosis.answer.column_units import axis_unit
 from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
 from unmodelled.diagnosis.answer.live_machine import experiments, machine
 from unmodelled.diagnosis.answer.live_numbers import about_effects, given_values, sliders
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.engine.machine.javascript import as_data
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import TIME, symbol
 from unmodelled.systems.units import LoggedUnit
-
-Array = NDArray[np.float64]
 
 LIVE = "live.json"
 

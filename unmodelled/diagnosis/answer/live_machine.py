@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.answer.live_numbers import parameter_sliders, values_of
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -21,8 +21,6 @@ from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states, readings
 from unmodelled.systems.model import TIME, Output, System
 
-Array = NDArray[np.float64]
-
 #: Numbers of all experiments that a page holds, of 11 bytes each: a page stays below about 4 MB.
 MOST_NUMBERS = 250_000
 #: Samples of an experiment that a page simulates: a change of a slider shows within a fraction of a second.
@@ -32,10 +30,7 @@ FEWEST_SAMPLES = 200
 
 
 def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, gap: Gap) -> dict[str, Any]:
-    """Return the data of a system as it is given, with sliders of its parameters.
-
-    Takes runs (runs,), horizon in s.
-    """
+    """Return the data of a system as it is given, with sliders, and of the experiments `runs` (runs,)."""
     values = values_of(list(system.values), system, logs)
     order = sorted(runs, key=lambda i: -gap.per_experiment[logs.ids[i]])
     return {
@@ -62,10 +57,7 @@ def about_machine(system: System) -> dict[str, Any]:
 
 
 def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: float) -> dict[str, Any]:
-    """Return what the page needs to simulate a system; arrays are text, see `as_text`.
-
-    Takes horizon in s.
-    """
+    """Return what the page needs to simulate a system; arrays are text, see `as_text`."""
     return {
         "program": as_data(Program.of(system, observed)),
         **_start(system),
@@ -117,10 +109,7 @@ def experiments(
     constants: Sequence[tuple[Array, Array]],
     held_out: Collection[int] = (),
 ) -> list[dict[str, Any]]:
-    """Return measured experiments, as many as a page can hold.
-
-    Takes constants (constants,).
-    """
+    """Return measured experiments, as many as a page can hold; each of `constants` has shape (constants,)."""
     sensors = Sensors(logs)
     with_slope = sorted({r.output for r in readings(system) if r.slope or r.lag != 0})
     width = logs.u.shape[1] + logs.y.shape[1] + len(with_slope)

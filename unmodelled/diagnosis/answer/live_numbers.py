@@ -23,10 +23,7 @@ Place = dict[str, Any]
 
 
 def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
-    """Return parameters and delays of a system in the order of the augmented one.
-
-    Gives a value in s.
-    """
+    """Return parameters and delays of a system in the order of the augmented one."""
     augmented = diagnosis.augmented.system
     off = {name: 0.0 for found in diagnosis.effects for name in found.added.amplitudes}
     own = {p.name: p.value for p in system.parameters}
@@ -35,10 +32,7 @@ def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
 
 
 def values_of(parameters: Sequence[float], system: System, logs: Logs) -> dict[str, Any]:
-    """Return parameters, and the delays of a system.
-
-    Takes parameters (parameters,) in SI; gives a value in s.
-    """
+    """Return parameters (parameters,) in SI, and the delays of a system, s."""
     logged = logs.delays or (0.0,) * len(system.inputs)
     return {
         "p": as_text(parameters),

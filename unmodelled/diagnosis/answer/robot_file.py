@@ -2,35 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
 from unmodelled.diagnosis.answer.augmented import with_right_numbers
-from unmodelled.diagnosis.answer.replay import Replay, Replayed, replay
 from unmodelled.diagnosis.answer.take_home import TakeHome, take_home
-from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.data.gap import Off
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
+from unmodelled.diagnosis.fitting.free_runs import replayed
 from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.gates.robot_file import reason_against_numbers, reason_against_runs
 from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
+from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
+from unmodelled.engine.robot.supplement import Supplement
 
 #: Folder of the patched file in the folder of an answer.
 FOLDER = "robot"
 
 
 @dataclass(frozen=True)
-class RobotFile:
-    """Patched robot file with its free runs in MuJoCo.
+class Replayed:
+    """A robot file in MuJoCo beside the measured outputs of the held-out experiments."""
 
-    Attributes:
-        found: patched file and what belongs to it.
-        replay: free runs of the given and the patched file along the held-out experiments.
-    """
+    gap: float  # root mean square error over free-run windows, in standard deviations of the outputs
+    units: Mapping[str, Off]  # by name of the output
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Robot files in MuJoCo along the held-out experiments."""
+
+    given: Replayed  # the file as given
+    patched: Replayed  # the patched file alone
+    supplemented: Replayed | None  # with its supplement; None if it has none
+
+    @property
+    def final(self) -> Replayed:
+        """The patched file with all that belongs to it."""
+        return self.supplemented or self.patched
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """Patched robot file with its free runs in MuJoCo."""
 
     found: TakeHome
-    replay: Replay
+    replay: Replay  # along the held-out experiments
 
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> RobotFile:
@@ -39,7 +60,7 @@ class RobotFile:
         right = with_right_numbers(diagnosis.augmented.system, effects)
         laws = tuple(found for found in effects if not found.added.is_other_value)
         found = take_home(diagnosis.system, right, laws)
-        return cls(found, replay(diagnosis, found))
+        return cls(found, _replay(diagnosis, found))
 
     def reason_against(self, diagnosis: Diagnosis) -> str:
         """Return why the file may not leave; empty if it may.
@@ -75,10 +96,7 @@ class RobotFile:
     @property
     def content(self) -> dict[str, Any]:
         """Return the entry `robot` of diagnosis.json."""
-        models = {"given": self.replay.given, "patched": self.replay.patched}
-        if self.replay.supplemented is not None:
-            models["supplemented"] = self.replay.supplemented
-        runs = {name: _errors(run) for name, run in models.items()}
+        runs = {name: _errors(run) for name, run in vars(self.replay).items() if run is not None}
         return {
             "file": self.file,
             "supplement": self.supplement,
@@ -108,3 +126,23 @@ def _errors(run: Replayed) -> dict[str, Any]:
         for name, off in run.units.items()
     }
     return {"gap": run.gap, "units": units}
+
+
+def _replay(diagnosis: Diagnosis, found: TakeHome) -> Replay:
+    """Free runs of the given and the patched robot file in MuJoCo along the held-out experiments.
+
+    Windows start at the measured states, whole runs at the first one. The given file is driven as the system
+    file says, and the patched one with what the diagnosis says of inputs and sensors.
+    """
+    robot, known, after = diagnosis.system.robot, diagnosis.known, diagnosis.augmented
+    assert robot is not None
+    controls = [name for names in found.efforts.controls.values() for name in names]
+
+    def run(model: JudgedModel, text: str, supplement: Supplement) -> Replayed:
+        applied, own = found.efforts.applied(model.system), {state.name for state in model.system.states}
+        states = {name: state for name, state in found.activations.items() if state in own}
+        backend = RobotInMujoco(text, found.name, controls, applied, robot.locked, supplement, states)
+        return Replayed(*replayed(backend, model.system, model.logs, diagnosis.horizon, diagnosis.held_out))
+
+    full = run(after, found.text, found.supplement) if found.supplement else None
+    return Replay(run(known, robot.text, Supplement()), run(after, found.text, Supplement()), full)

@@ -35,9 +35,7 @@ MOST_IDS, MOST_CHANGES = 4, 6
 
 
 def sentences(content: Entry) -> list[str]:
-    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files and the
-    next step.
-    """
+    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files, next step."""
     notes = [f"note: {note}" for note in content["notes"]]
     told = [*_verdict(content), *_parameters(content["parameters"]), *_gap(content), *notes]
     robot, refused = content.get("robot"), content.get("refused", ())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from unmodelled.diagnosis.answer.told import phrase, shown
+from unmodelled.base.wording import amounts, part_of
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
 from unmodelled.diagnosis.gates.refusal import Refusal
@@ -16,6 +16,7 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
+from unmodelled.effects.telling import Said, said
 
 if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
     from unmodelled.diagnosis.answer.robot_file import RobotFile
@@ -23,8 +24,8 @@ if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
 Ports = Mapping[Place, str]
 
 SCHEMA = "diagnosis/2"
-#: Significant digits of a number.
-DIGITS = 8
+#: Significant digits of a number; of a number in a phrase, and of a ratio there, which has no unit, one less.
+DIGITS, SAID_DIGITS = 8, 3
 
 
 def summary(
@@ -36,10 +37,8 @@ def summary(
     errors of an output, as a person says them in the units of the logs, where that differs; `variant` of
     an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
-    `interval` are their mean and 95 % range; `chance`, the probability that the best of all laws lowers the
-    error as much if nothing is missing (null where nothing was searched); `refused`, the files that are not
-    offered, each with `file`,
-    `reason` and `keep`, the file to keep; `robot` of a system with a robot file (`RobotFile.content`).
+    `interval` are their mean and 95 % range; `chance`, see `Diagnosis`; `refused`, the files that are not
+    offered, with the file to `keep`; `robot` of a system with a robot file (`RobotFile.content`).
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
@@ -79,19 +78,49 @@ def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
 
 
 def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
-    numbers = {name: _estimate(estimate) for name, estimate in found.estimates.items()}
-    own = {name: _own(found.added.units[name], values) for name, values in found.own.items()}
-    parameters = {name: {**each, **shown(found, name)} for name, each in (numbers | own).items()}
-    text = phrase(found)
+    numbers = {
+        name: {"value": estimate.value} | _about(estimate) for name, estimate in found.estimates.items()
+    }
+    numbers |= {name: _own(found.added.units[name], values) for name, values in found.own.items()}
+    text = _phrase(found)
     return _named(found.added, ports) | {
         "law": found.added.law,
         **({"text": text} if text else {}),
-        "parameters": parameters,
+        "parameters": {name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()},
         "confidence": found.confidence,
         "shrink": found.shrink,
         "interval": found.interval,
         "indistinguishable": [_named(added, ports) for added in found.indistinguishable],
     }
+
+
+def _shown(added: Added, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
+    """The entry `shown` of a number, as a person says it; nothing where the number is said as it is."""
+    number = said(added, name, (entry["value"], *entry["interval"]))
+    value, *interval = number.values
+    if (number.symbol, number.words, number.unit) == (name, "", added.units[name]):
+        return {}
+    about = {"symbol": number.symbol, "words": number.words, "value": value, "unit": number.unit}
+    whole = {} if number.whole is None else {"whole": number.whole}
+    return {"shown": {**about, "interval": interval, **whole}}
+
+
+def _phrase(found: DiagnosedEffect) -> str:
+    """An effect in a few words with its numbers; "" where its law has none, or a number is open."""
+    text, numbers = found.added.phrase, found.estimates
+    named = {name for name in numbers if f"{{{name}}}" in text}
+    if not text or text.count("{") != len(named) or not all(numbers[name].determined for name in named):
+        return ""
+    return text.format_map({name: _amount(said(found.added, name, (numbers[name].value,))) for name in named})
+
+
+def _amount(number: Said) -> str:
+    """The first value of a number with its unit, beside the whole of which it is a part."""
+    (value, *_) = number.values
+    if number.whole is not None:
+        return part_of(value, number.whole, number.unit)
+    ratio = number.unit in ("", "1", "-")
+    return amounts([value], number.unit, SAID_DIGITS - ratio)[0]
 
 
 def _named(added: Added, ports: Ports) -> dict[str, Any]:
@@ -123,10 +152,6 @@ def _fault(fault: LogFault) -> list[dict[str, Any]]:
         ],
     }
     return [{"channel": channel} | about for channel in fault.channels]
-
-
-def _estimate(estimate: Estimate) -> dict[str, Any]:
-    return {"value": estimate.value} | _about(estimate)
 
 
 def _about(estimate: Estimate) -> dict[str, Any]:
@@ -183,13 +208,9 @@ def _remainder(diagnosis: Diagnosis) -> dict[str, Any] | None:
 
 
 def _compared(candidate: Compared, ports: Ports) -> dict[str, Any]:
-    return {
-        "effects": [_named(added, ports) for added in candidate.effects],
-        "score": candidate.score,
-        "difference": candidate.difference,
-        "standard_error": candidate.standard_error,
-        "named": candidate.named,
-    }
+    numbers = ("score", "difference", "standard_error", "named")
+    effects = [_named(added, ports) for added in candidate.effects]
+    return {"effects": effects, **{name: getattr(candidate, name) for name in numbers}}
 
 
 def _plain(value: Any) -> Any:

@@ -34,58 +34,35 @@ _FAR = 1e100
 
 @dataclass(frozen=True)
 class Change:
-    """Number of the robot file that the patched file changes.
+    """Number of the robot file that the patched file changes."""
 
-    Attributes:
-        element: name of the joint, actuator or body.
-        quantity: name of the number.
-        unit: SI unit.
-        given: value in the file as given; infinite for a limit that is missing.
-        patched: new value.
-    """
-
-    element: str
+    element: str  # joint, actuator or body
     quantity: str
-    unit: str
-    given: float
+    unit: str  # SI
+    given: float  # infinite for a limit that is missing
     patched: float
 
 
 @dataclass(frozen=True)
 class Missing:
-    """Part of the augmented system that the patched robot file does not hold.
+    """Part of the augmented system that the patched robot file does not hold."""
 
-    Attributes:
-        what: effect or number, in words.
-        reason: reason for this, and what to do.
-        supplemented: whether the supplement holds it.
-    """
-
-    what: str
-    reason: str
-    supplemented: bool
+    what: str  # effect or number, in words
+    reason: str  # and what to do
+    supplemented: bool  # whether the supplement holds it
 
 
 @dataclass(frozen=True)
 class TakeHome:
-    """Patched robot file, and what belongs to it.
+    """Patched robot file, and what belongs to it."""
 
-    Attributes:
-        name: name of the file.
-        text: its content.
-        changes: numbers that differ from the file as given.
-        supplement: numbers and forces for MuJoCo that the file cannot say.
-        missing: parts of the augmented system that the file does not hold.
-        efforts: efforts on the joints in the system as given.
-        activations: state that is the activation of an actuator of the file, by the input of the actuator.
-    """
-
-    name: str
+    name: str  # of the file
     text: str
-    changes: tuple[Change, ...]
-    supplement: Supplement
-    missing: tuple[Missing, ...]
-    efforts: Efforts
+    changes: tuple[Change, ...]  # numbers that differ from the file as given
+    supplement: Supplement  # numbers and forces for MuJoCo that the file cannot say
+    missing: tuple[Missing, ...]  # parts of the augmented system that the file does not hold
+    efforts: Efforts  # on the joints in the system as given
+    #: State that is the activation of an actuator of the file, by the input of the actuator.
     activations: Mapping[str, str]
 
 

@@ -8,19 +8,15 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.core.comparison import signs
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.left_out_kernels import MOST
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Best single laws of which all pairs with any other are scored, and all triples; sets that grow by one law.
 PAIRED, TRIPLED, BEAM = 60, 25, 20
@@ -37,68 +33,34 @@ Name = tuple[str, str, str | None, object]
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """A set of laws at places.
+    """A set of laws at places."""
 
-    Attributes:
-        atoms: numbers of the atoms.
-        names: families and places.
-        cost: left-out squared error, a share of that without any effect, and the price of its numbers.
-        errors: squared errors of left-out experiments, the same shares, shape (experiments,).
-    """
-
-    atoms: tuple[int, ...]
-    names: frozenset[Name]
-    cost: float
-    errors: Array
+    atoms: tuple[int, ...]  # numbers of the atoms
+    names: frozenset[Name]  # families and places
+    cost: float  # left-out squared error, a share of that without any effect, and the price of its numbers
+    errors: Array  # squared errors of left-out experiments, the same shares, (experiments,)
 
     def is_like(self, other: Scored) -> bool:
-        """Return whether the errors differ by chance only, judged by the experiments.
-
-        Another set (Sivula, Magnusson and Vehtari 2020: few groups tell little).
-        """
+        """Return whether errors differ by chance only (Sivula et al. 2020: few groups tell little)."""
         off = self.errors - other.errors
         error = np.sqrt(len(off)) * off.std(ddof=1) if len(off) > 1 else np.inf
         return bool(abs(off.sum()) <= ALIKE * error)
 
 
 class _Level(NamedTuple):
-    """Sets of the same number of units, the best first.
+    """Sets of the same number of units, the best first."""
 
-    Attributes:
-        units: numbers of the units, shape (sets, n).
-        costs: costs, shape (sets,).
-        errors: shares of the error, shape (sets, experiments).
-    """
-
-    units: Indices
-    costs: Array
-    errors: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Class:
-    """Sets that predict the same.
-
-    Attributes:
-        head: best of them.
-        twins: others with no more laws.
-    """
-
-    head: Scored
-    twins: list[Scored]
+    units: Indices  # (sets, n)
+    costs: Array  # (sets,)
+    errors: Array  # shares of the error, (sets, experiments)
 
 
 @dataclass(eq=False)
 class Chooser:
-    """Score sets of laws; of each set of names the best shapes and variants are kept.
-
-    Attributes:
-        equations: equations of all atoms.
-        gap: error of the known physics, in standard deviations of the outputs.
-    """
+    """Score sets of laws; of each set of names the best shapes and variants are kept."""
 
     equations: Equations
-    gap: float
+    gap: float  # of the known physics, in standard deviations of the outputs
 
     @cached_property
     def folds(self) -> Folds:
@@ -262,18 +224,18 @@ class Chooser:
         names = frozenset().union(*(self._names[unit] for unit in units))
         return Scored(atoms, names, float(level.costs[k]), level.errors[k])
 
-    def classes(self) -> list[Class]:
-        """Group sets, the best first: one joins the first class from which it differs by chance only.
+    def classes(self) -> list[list[Scored]]:
+        """Group sets, the best first: one joins the first class from whose head it differs by chance only.
 
         A set with more laws than the head of a class only contains more, it is no twin.
         """
-        found: list[Class] = []
+        found: list[list[Scored]] = []
         for one in self.sets[:GROUPED]:
-            like = next((group for group in found if one.is_like(group.head)), None)
+            like = next((group for group in found if one.is_like(group[0])), None)
             if like is None and len(found) < CLASSES:
-                found.append(Class(one, []))
-            elif like is not None and len(one.names) <= len(like.head.names):
-                like.twins.append(one)
+                found.append([one])
+            elif like is not None and len(one.names) <= len(like[0].names):
+                like.append(one)
         return found
 
     def differences(self) -> list[Atom]:

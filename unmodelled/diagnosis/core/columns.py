@@ -8,11 +8,11 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.local_laws import LocalLaws
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.core.propagation import propagate
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
 from unmodelled.effects.delay import Delay
@@ -21,9 +21,6 @@ from unmodelled.effects.extrapolation import continued
 from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place, Site, site
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.
@@ -37,25 +34,15 @@ OPEN = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Atom:
-    """A law at a place with one set of shapes: some columns that come and go together.
-
-    Attributes:
-        effect: effect of the library.
-        place: place of the effect.
-        shape: values of its shapes by local name, SI; of a delay, the delay (s) that the column stands for.
-        scale: plausible sizes of its amplitudes, shape (amplitudes,), SI; columns are in these units.
-        positive: mask, shape (amplitudes,), of those that cannot be negative.
-        numbers: count of chosen numbers: amplitudes, and shapes with more than one starting value.
-        rough: whether a shape has many optima, see `ROUGH`; default False.
-    """
+    """A law at a place with one set of shapes: some columns that come and go together."""
 
     effect: Effect
     place: Place
-    shape: dict[str, float]
-    scale: Array
-    positive: Mask
-    numbers: int
-    rough: bool = False
+    shape: dict[str, float]  # local name -> value, SI; of a delay, the delay (s) that the column stands for
+    scale: Array  # plausible sizes of its amplitudes, (amplitudes,), SI: the unit of the columns
+    positive: Mask  # (amplitudes,): cannot be negative
+    numbers: int  # that were chosen: amplitudes, and shapes with more than one starting value
+    rough: bool = False  # whether a shape has many optima, see `ROUGH`
 
     @property
     def name(self) -> tuple[str, str, str | None, object]:
@@ -70,34 +57,23 @@ class Atom:
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Columns that are there in every model.
+    """Columns that are there in every model."""
 
-    Attributes:
-        columns: changes of the window errors, shape (judged windows, K, outputs, members).
-        prior: plausible deviations, shape (members,), in units of the columns.
-        atoms: differences between experiments that may be named, by member; None where one is only there.
-    """
-
-    columns: Array
-    prior: Array
-    atoms: tuple[Atom | None, ...]
+    columns: Array  # changes of the window errors, (judged windows, K, outputs, members)
+    prior: Array  # plausible deviations, (members,), in units of the columns
+    atoms: tuple[Atom | None, ...]  # differences that may be named, by member; None where one is only there
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Columns around a path.
-
-    Attributes:
-        path: free run of a fitted hypothesis.
-    """
+    """Columns around a path."""
 
     path: Path
 
     def at(self, place: Place, forcing: Array) -> Array:
-        """Return the columns of forcings at a place.
+        """Return columns (judged windows, K, outputs, N) of forcings (windows, 2 K + 1, N), SI, at a place.
 
-        Takes forcing (windows, 2 K + 1, N) in SI; gives (judged windows, K, outputs, N) in units of the
-        sensor noise.
+        Columns are in units of the sensor noise.
         """
         path = self.path
         B, D = path.by(Place(place.kind, place.name))
@@ -235,18 +211,12 @@ class Columns:
         return {p: site(self.path.system, p, scales) for p in dict.fromkeys(places)}
 
     def of_law(self, law: Law, place: Place) -> Array:
-        """Return the columns of a law without shapes, in plausible sizes of its amplitudes.
-
-        Gives (judged windows, K, outputs, amplitudes).
-        """
+        """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of a law."""
         scale = np.array([a.scale for a in law.amplitudes.values()])
         return self.at(place, scale * self.laws.contributions(continued(self.sites[place], law), place, [{}]))
 
     def of_regressors(self, added: Added) -> Array:
-        """Return the columns of an effect, in plausible sizes of its amplitudes.
-
-        Gives (judged windows, K, outputs, amplitudes).
-        """
+        """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of an effect."""
         scale = np.array([added.scales[name] for name in added.amplitudes])
         return self.at(added.place, scale * self.path.evaluate(added.regressors))
 
@@ -256,11 +226,9 @@ class Columns:
         return LocalLaws(self.path, self.sites)
 
     def atoms(self) -> Iterator[tuple[list[Atom], Array]]:
-        """Yield every law at every place with its shapes and all their columns.
+        """Yield every law at every place with its shapes, and columns (..., K, outputs, atoms * amplitudes).
 
         Differences between experiments are in `between`; laws at levels of a factor follow from these.
-
-        Gives (judged windows, K, outputs, atoms * amplitudes).
         """
         for effect, place in self._every:
             if isinstance(effect, Delay):

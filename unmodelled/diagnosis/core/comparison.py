@@ -7,9 +7,8 @@ from functools import cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.diagnosis.data.arrays import Array
 
 #: Parts up to which all changes of signs are counted; of more parts, so many random ones.
 EXACT, DRAWN = 12, 4096
@@ -17,25 +16,17 @@ EXACT, DRAWN = 12, 4096
 
 @dataclass(frozen=True)
 class Comparison:
-    """The difference between the scores of two candidates over left-out parts.
+    """The difference between the scores of two candidates over left-out parts."""
 
-    Attributes:
-        mean: mean difference, nats; positive if the second candidate predicts better.
-        error: standard error of the mean.
-        chance: probability of so large a mean if the sign of every difference were chance (sign-flip test).
-            It does not ask for a normal distribution: a law that acts in some parts only has few large gains.
-    """
-
-    mean: float
-    error: float
+    mean: float  # difference, nats; positive if the second candidate predicts better
+    error: float  # standard error of the mean
+    #: Probability of so large a mean if the sign of every difference were chance (sign-flip test), which asks
+    #: for no normal distribution: a law that acts in some parts only has few large gains.
     chance: float
 
     @classmethod
     def of(cls, differences: Array) -> Comparison:
-        """Compare paired scores.
-
-        Takes differences (parts,).
-        """
+        """Compare paired scores; differences (parts,)."""
         count, total = len(differences), float(differences.sum())
         error = float(differences.std(ddof=1) / np.sqrt(count)) if count > 1 else np.inf
         flipped = signs(count) @ differences
@@ -49,10 +40,7 @@ class Comparison:
 
 @cache
 def signs(parts: int) -> Array:
-    """Return signs of differences as chance may give them.
-
-    Gives (changes, parts).
-    """
+    """Return signs (changes, parts) of differences as chance may give them."""
     if parts <= EXACT:
         return np.array(list(product((1.0, -1.0), repeat=parts)))
     drawn = np.random.default_rng(0).choice([1.0, -1.0], (DRAWN, parts))

@@ -18,12 +18,9 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
 from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
 from unmodelled.diagnosis.core.left_out_kernels import without_starts
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Shapes that are kept of a law at a place, and laws that are kept at a level of a factor: budgets.
 KEPT, LOCAL = 2, 24
@@ -36,32 +33,19 @@ class Equations:
     """Products of all columns, with start states eliminated, in units of independent samples.
 
     Order of the columns: open, between, atoms, measured error.
-
-    Attributes:
-        gram: products, shape (experiments, columns, columns).
-        open: number of columns that every model leaves open.
-        between: differences between experiments, None where one is only there.
-        prior: plausible deviations of both, shape (open + between,).
-        atoms: laws at places.
-        first: first column of every atom among those of all atoms, shape (atoms,).
-        count: number of columns of every atom, shape (atoms,).
-        positive: mask of the columns of atoms that cannot be negative.
-        samples: independent samples of every experiment, shape (experiments,).
-        system: the known physics.
-        there: families of the effects that the path has already.
     """
 
-    gram: Array
-    open: int
-    between: tuple[Atom | None, ...]
-    prior: Array
+    gram: Array  # products, (experiments, columns, columns)
+    open: int  # number of columns that every model leaves open
+    between: tuple[Atom | None, ...]  # differences between experiments; None where one is only there
+    prior: Array  # plausible deviations of both, (open + between,)
     atoms: tuple[Atom, ...]
-    first: Indices
-    count: Indices
-    positive: Mask
-    samples: Array
+    first: Indices  # first column of every atom among those of all atoms, (atoms,)
+    count: Indices  # columns of every atom, (atoms,)
+    positive: Mask  # columns of atoms that cannot be negative, (columns of atoms,)
+    samples: Array  # independent samples of every experiment, (experiments,)
     system: System
-    there: frozenset[str]
+    there: frozenset[str]  # families of the effects that the path has already
 
     @classmethod
     def of(cls, columns: Columns) -> Equations:
@@ -79,10 +63,7 @@ class Equations:
 
     @classmethod
     def plain(cls, columns: Columns, further: Array) -> Equations:
-        """Multiply given columns, each of which may come alone; every sample counts, as in a fit.
-
-        Takes further (windows, K, outputs, N).
-        """
+        """Multiply columns (windows, K, outputs, N), each of which may come alone; every sample counts."""
         starts, always, runs, _, prior = _always(columns)
         gram, samples = _products(columns, always, [starts.free(further)], runs, 1.0)
         own, one = cls._of(gram, columns, prior, (), samples), np.ones(further.shape[3], np.int64)
@@ -162,10 +143,9 @@ class Equations:
     def folds(self, between: Mask | None = None, unit: float = 1.0) -> Folds:
         """Eliminate what belongs to single experiments and what is open; return fit and score of every fold.
 
-        The deviations of the experiments are free but for their priors; their sum is about as small as one of
-        them. (A sum of exactly zero charges scatter eight times, no constraint hides a common gain.)
-
-        Takes between (between,).
+        Only differences of the mask `between` (between,) are there. Deviations of the experiments are free
+        but for their priors; their sum is about as small as one of them. (A sum of exactly zero charges
+        scatter eight times, no constraint hides a common gain.)
         """
         n, on = self.open, np.arange(len(self.between)) if between is None else np.flatnonzero(between)
         own = n + on

@@ -6,13 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 
 #: Plausible sizes by which the prior of an amplitude spreads.
 PRIOR = 3.0
@@ -20,31 +16,18 @@ PRIOR = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Folds:
-    """Reduced equations of every fold; the last row and column are the measured error.
+    """Reduced equations of every fold; the last row and column are the measured error."""
 
-    Attributes:
-        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
-        score: products over the experiment that is left out, same shape.
-        whole: products over all experiments, shape (columns + 1, columns + 1).
-        first: first column of every atom, shape (atoms,).
-        count: number of columns of every atom, shape (atoms,).
-        positive: mask, shape (columns,), of those that cannot be negative.
-        price: logarithm of the volume of the deviations of every experiment, shape (experiments,).
-    """
-
-    fit: Array
-    score: Array
-    whole: Array
-    first: Indices
-    count: Indices
-    positive: Mask
-    price: Array
+    fit: Array  # products over the other experiments, (folds, columns + 1, columns + 1)
+    score: Array  # products over the experiment that is left out, same shape (folds, ...)
+    whole: Array  # products over all experiments, (columns + 1, columns + 1)
+    first: Indices  # first column of every atom, (atoms,)
+    count: Indices  # columns of every atom, (atoms,)
+    positive: Mask  # (columns,): cannot be negative
+    price: Array  # logarithm of the volume of the deviations of every experiment, (experiments,)
 
     def errors(self, sets: Indices) -> Array:
-        """Return the squared errors of left-out experiments.
-
-        Takes sets (sets, most); gives (sets, experiments).
-        """
+        """Return squared errors (sets, experiments) of left-out experiments with sets (sets, most)."""
         found: Array = left_out(self.fit, self.score, sets, self.first, self.count, self.positive)
         return found
 
@@ -57,10 +40,7 @@ class Folds:
         return total
 
     def amounts(self, atoms: Sequence[int]) -> list[Array]:
-        """Return the amplitudes of a set from all experiments.
-
-        Gives (amplitudes,).
-        """
+        """Return the amplitudes (amplitudes,) of every atom of a set from all experiments."""
         each = [np.arange(self.first[a], self.first[a] + self.count[a]) for a in atoms]
         index = np.concatenate([np.empty(0, np.int64), *each])
         found = np.zeros(len(index))
@@ -69,10 +49,9 @@ class Folds:
 
 
 def without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
-    """Eliminate the first columns: they are fitted to `train`, whatever the others are.
+    """Eliminate the first n columns, with a prior (n,): they are fitted to `train`, whatever the others are.
 
-    Takes train (n + columns + 1, n + columns + 1), score (same shape), prior (n,) in units of the columns;
-    gives (columns + 1, columns + 1).
+    Both matrices have n + columns + 1 rows and columns, and keep columns + 1.
     """
     inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
     fit = train[n:, n:] - train[n:, :n] @ inner

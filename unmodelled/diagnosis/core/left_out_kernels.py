@@ -14,14 +14,9 @@ LEAST_PIVOT = 1e-12
 
 @jit()
 def solve(fit, index, size, positive, found):
-    """Write amplitudes of some columns to `found`; one that would be negative but cannot be is left out.
+    """Write amplitudes of some columns to `found` (most,); one that would be negative but cannot is left out.
 
-    Args:
-        fit: products of the columns, the measured error last, shape (columns + 1, columns + 1).
-        index: numbers of the columns, of which `size` count.
-        size: number of columns.
-        positive: mask, shape (columns,), of those that cannot be negative.
-        found: result, shape (most,).
+    Of the numbers `index` the first `size` count; `fit` and `positive` as in `Folds`.
     """
     last = fit.shape[0] - 1
     on = np.ones(size, np.bool_)
@@ -60,15 +55,9 @@ def solve(fit, index, size, positive, found):
 
 @jit()
 def left_out(fit, score, sets, first, count, positive):
-    """Return squared errors of left-out experiments, shape (sets, folds).
+    """Return squared errors (sets, folds) of left-out experiments, with the fields of `Folds`.
 
-    Args:
-        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
-        score: products over the left-out experiment, same shape.
-        sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
-        first: first column of every atom.
-        count: number of columns of every atom.
-        positive: mask, shape (columns,), of those that cannot be negative.
+    Sets (sets, most) are numbers of atoms, -1 where a set has fewer.
     """
     folds, last = fit.shape[0], fit.shape[1] - 1
     out = np.empty((len(sets), folds))
@@ -95,16 +84,10 @@ def left_out(fit, score, sets, first, count, positive):
 
 @jit()
 def without_starts(columns, root, S, inverse):
-    """Return weighted columns after the elimination of the start states, and what that leaves of these.
+    """Return columns (windows, K * outputs + states, N) whose products are those without the start states.
 
-    Args:
-        columns: changes of the window errors, shape (windows, K, outputs, N).
-        root: square roots of the weights, shape (windows, K, outputs).
-        S: weighted columns of the start states, shape (windows, K * outputs, states).
-        inverse: inverse of their products with the prior, shape (windows, states, states).
-
-    Returns:
-        Columns, shape (windows, K * outputs + states, N), whose products are those after the elimination.
+    They come from changes of the window errors (windows, K, outputs, N) and roots of their weights, weighted
+    columns `S` (windows, K * outputs, states) of the states, and the inverse of their products with a prior.
     """
     W, K, J, N = columns.shape
     n, rows = S.shape[2], K * J

@@ -8,9 +8,9 @@ from functools import cache, cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.effects.law import Law
 from unmodelled.effects.motion import acceleration
 from unmodelled.effects.place import Place, Site
@@ -19,8 +19,6 @@ from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol
 from unmodelled.systems.scope import Scope, Value
-
-Array = NDArray[np.float64]
 
 
 @cache
@@ -37,15 +35,10 @@ def compiled(adds: tuple[str, ...], rates: tuple[tuple[str, str], ...], *names: 
 
 @dataclass(frozen=True, eq=False)
 class LocalLaws:
-    """Contributions of laws at the sites of a system along a path.
-
-    Attributes:
-        path: free run.
-        sites: places with the magnitudes of their signals.
-    """
+    """Contributions of laws at the sites of a system along a path."""
 
     path: Path
-    sites: Mapping[Place, Site]
+    sites: Mapping[Place, Site]  # with the magnitudes of their signals
 
     @cached_property
     def _signals(self) -> tuple[dict[tuple[Place, str], int], Array, Array]:
@@ -63,20 +56,15 @@ class LocalLaws:
         return {key: number[e] for key, e in found.items()}, half, log
 
     def signals(self, place: Place, log: bool = False) -> tuple[tuple[str, ...], Array]:
-        """Return names and values of the local signals of a place.
-
-        Gives (windows, 2 K + 1, signals) in SI.
-        """
+        """Return names and values (windows, 2 K + 1, signals), SI, of the local signals of a place."""
         number, half, logged = self._signals
         names = tuple(self.sites[place].quantities)
         return names, (logged if log else half)[..., [number[place, n] for n in names]]
 
     def contributions(self, law: Law, place: Place, shapes: Sequence[Mapping[str, float]]) -> Array:
-        """Return the addition by one unit of each amplitude.
+        """Return the addition (windows, 2 K + 1, shapes * amplitudes), SI, by one unit of each amplitude.
 
         A memory is integrated along the logs up to the start of a window, then along the path.
-
-        Gives (windows, 2 K + 1, shapes * amplitudes) in SI.
         """
         path, (names, drive) = self.path, self.signals(place)
         sets = [{**{n: f.value for n, f in law.fixed.items()}, **shape} for shape in shapes]

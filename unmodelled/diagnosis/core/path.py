@@ -12,9 +12,9 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core import propagation
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.floor import start_noise
@@ -26,10 +26,6 @@ from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.logs.clock import EVERY
 from unmodelled.logs.readings import Reading
 from unmodelled.systems.model import System, symbol
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Step of a central difference, as a share of the largest value: a smoothed corner is a thousandth of it.
 STEP = 1e-6
@@ -52,46 +48,26 @@ class _StateRuns(Simulation):
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """A free run of a fitted hypothesis. Half grid: samples and middles, 2 K + 1 points of K steps.
-
-    Attributes:
-        hypothesis: physics that was simulated.
-        system: its system, with its effects.
-        recording: windows.
-        values: parameters, shape (experiments, parameters), SI.
-        c: constants of the operating points, shape (experiments, constants).
-        t: time on the half grid, shape (windows, 2 K + 1), s.
-        x: states on the half grid, shape (windows, 2 K + 1, states), SI.
-        u: inputs on the half grid, shape (windows, 2 K + 1, inputs), SI.
-        judged: mask of the windows whose errors are compared, shape (windows,); the others lead up to them.
-        error: measured minus simulated outputs, shape (judged windows, K, outputs), in units of the sensor
-            noise; zero where an error does not count.
-        root: square roots of Huber's weights, same shape; zero where an error does not count.
-        sigma: noise of the measured initial states, shape (windows, measured states), SI.
-        measured: numbers of the states that outputs show.
-        hidden: numbers of the other states.
-        readings: relations between outputs and measured states.
-        log_x: states at all samples of the logs, as the sensors show them, shape (samples, states), SI.
-        log_u: inputs at all samples of the logs, shape (samples, inputs), SI.
-    """
+    """A free run of a fitted hypothesis. Half grid: samples and middles, 2 K + 1 points of K steps."""
 
     hypothesis: Hypothesis
-    system: System
+    system: System  # with the effects of the hypothesis
     recording: Recording
-    values: Array
-    c: Array
-    t: Array
-    x: Array
-    u: Array
-    judged: Mask
+    values: Array  # (experiments, parameters), SI
+    c: Array  # (experiments, constants)
+    t: Array  # time on the half grid, (windows, 2 K + 1), s
+    x: Array  # states on the half grid, (windows, 2 K + 1, states), SI
+    u: Array  # inputs on the half grid, (windows, 2 K + 1, inputs), SI
+    judged: Mask  # windows whose errors are compared, (windows,); the others lead up to them
+    #: Measured minus simulated, (judged windows, K, outputs), in sensor noise; zero where it does not count.
     error: Array
-    root: Array
-    sigma: Array
-    measured: list[int]
-    hidden: list[int]
+    root: Array  # square roots of Huber's weights, same shape (judged windows, ...) and zeros
+    sigma: Array  # noise of the measured initial states, (windows, measured states), SI
+    measured: list[int]  # numbers of the states that outputs show
+    hidden: list[int]  # numbers of the other states
     readings: tuple[Reading, ...]
-    log_x: Array
-    log_u: Array
+    log_x: Array  # states at all samples, as the sensors show them, (samples, states), SI
+    log_u: Array  # inputs at all samples, (samples, inputs), SI
     _by: dict[Place, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -220,18 +196,12 @@ class Path:
 
     @cached_property
     def shown(self) -> Array:
-        """Return the derivatives of the outputs by the states, shape (windows, K + 1, outputs, states).
-
-        Outputs are in units of the sensor noise.
-        """
+        """Return the derivatives (windows, K + 1, outputs, states) of outputs, in sensor noise, by states."""
         found = self._by_states[:, ::2, len(self.system.states) :]
         return np.ascontiguousarray(found / self.recording.noise[:, None])
 
     def by(self, place: Place) -> tuple[Array, Array]:
-        """Return the derivatives of rates and outputs by the quantity at a place.
-
-        Gives (windows, 2 K + 1, states) and (windows, K + 1, outputs).
-        """
+        """Return slopes of rates (windows, 2 K + 1, states) and outputs (windows, K + 1, outputs)."""
         if place not in self._by:
             self._by[place] = self._derived(place)
         return self._by[place]
@@ -262,10 +232,7 @@ class Path:
 
     @cached_property
     def chain(self) -> tuple[Indices, Mask, Mask]:
-        """Return windows in the order of time, which of them go on with the last, and hidden states.
-
-        Gives (windows,) and (windows,).
-        """
+        """Return windows (windows,) in the order of time, which go on with the last, and hidden states."""
         start, steps = self.recording.start, self.recording.steps
         order = np.argsort(start)
         chained, last, this = np.zeros(len(order), bool), order[:-1], order[1:]
@@ -274,10 +241,7 @@ class Path:
 
     @cached_property
     def start_gain(self) -> tuple[Array, Indices, Mask]:
-        """Return the relations between outputs and measured states.
-
-        Gives (windows, measured states) and (measured states,).
-        """
+        """Return gains (windows, measured states) of measured states, outputs, and which are rates."""
         C = self.shown[:, 0] * self.recording.noise[:, None]
         shown = {r.output: r.state for r in self.readings if not r.slope}
         gain = np.stack([C[:, r.output, shown.get(r.output, r.state)] for r in self.readings], axis=1)

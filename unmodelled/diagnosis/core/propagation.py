@@ -54,12 +54,7 @@ def multiply(a, b, out):
 
 @jit()
 def transitions(A, period):
-    """Return transition matrices of a sample and of its second half, each (windows, K, n, n).
-
-    Args:
-        A: derivatives of the rates by the states on the half grid, shape (windows, 2 K + 1, n, n).
-        period: sampling period, s.
-    """
+    """Return transitions (windows, K, n, n) of samples and their second halves, from A on the half grid."""
     W, H, n, _ = A.shape
     K = (H - 1) // 2
     whole, second = np.empty((W, K, n, n)), np.empty((W, K, n, n))
@@ -83,20 +78,12 @@ def propagate(whole, second, B, C, D, forcing, start, steps, judged, order, chai
     Measured states start anew in every window. Hidden ones are integrated along the experiment with the
     measured states imposed, as a free run does, and so is their change.
 
-    Args:
-        whole: transitions of a sample, shape (windows, K, n, n).
-        second: transitions of its second half, same shape.
-        B: derivatives of the rates by the quantity that is forced, shape (windows, 2 K + 1, n).
-        C: derivatives of the outputs by the states, shape (windows, K + 1, outputs, n).
-        D: derivatives of the outputs by the quantity that is forced, shape (windows, K + 1, outputs).
-        forcing: addition to this quantity, shape (windows, 2 K + 1, columns).
-        start: change of the initial states, shape (windows, n, columns); of hidden ones where a chain begins.
-        steps: numbers of samples, shape (windows,).
-        judged: mask of the windows that are wanted, shape (windows,).
-        order: windows in the order of time.
-        chained: whether a window continues the one before it in this order, shape (windows,).
-        hidden: mask, shape (n,), of the states that no output shows.
-        period: sampling period, s.
+    - whole, second: transitions of a sample and of its second half, (windows, K, n, n).
+    - B (windows, 2 K + 1, n), D (windows, K + 1, outputs): derivatives of rates, outputs by what is forced.
+    - C: derivatives of the outputs by the states, (windows, K + 1, outputs, n).
+    - forcing: addition to what is forced, (windows, 2 K + 1, columns).
+    - start: change of the initial states, (windows, n, columns); of hidden ones where a chain begins.
+    - order, chained, hidden: see `Path.chain`; period in s.
     """
     K, n = whole.shape[1:3]
     J, N = C.shape[2], forcing.shape[2]

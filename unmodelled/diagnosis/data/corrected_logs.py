@@ -5,38 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.sensors import Sensors, SmoothedSlope
 from unmodelled.logs.clock import Kind, read_at
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import with_delays
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.int64]
-
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """A correction of logs: gain * output + offset, drive * input, clock * time.
+    """A correction of logs: gain * output + offset, drive * input, clock * time."""
 
-    Attributes:
-        gain: factors, shape (experiments, outputs), of the outputs.
-        offset: summands, shape (experiments, outputs), in the unit of the corrected output.
-        drive: factors, shape (experiments, inputs), of the inputs.
-        clock: factors, shape (experiments,), of time.
-        inputs: inputs that replace the logged ones, shape (samples, inputs), nan where these stay; none.
-        owner: number of the experiment of every sample of `inputs`, shape (samples,).
-    """
-
-    gain: Array
-    offset: Array
-    drive: Array
-    clock: Array
-    inputs: Array | None = None
-    owner: NDArray[np.int64] | None = None
+    gain: Array  # of the outputs, (experiments, outputs)
+    offset: Array  # (experiments, outputs), in the unit of the corrected output
+    drive: Array  # of the inputs, (experiments, inputs)
+    clock: Array  # of time, (experiments,)
+    inputs: Array | None = None  # replace the logged ones, (samples, inputs); nan where these stay
+    owner: Indices | None = None  # experiment of every sample of `inputs`, (samples,)
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
@@ -46,17 +33,11 @@ class Correction:
 
     @classmethod
     def replaced(cls, logs: Logs, inputs: Array) -> Correction:
-        """Return the correction that replaces all inputs.
-
-        Takes inputs (samples, inputs).
-        """
+        """Return the correction that replaces all inputs (samples, inputs)."""
         return replace(cls.none(logs), inputs=inputs, owner=logs.owner)
 
     def only(self, runs: Mask) -> Correction:
-        """Restrict the correction to some experiments.
-
-        Takes runs (experiments,).
-        """
+        """Restrict the correction to some experiments: mask (experiments,)."""
         mine = runs[:, None]
         return replace(
             self,
@@ -120,10 +101,7 @@ class Correction:
         return Sensors(logs, slopes=slopes)
 
     def samples(self, samples: Indices, logs: Logs, corrected: Logs) -> Indices:
-        """Return the samples of the corrected logs that are nearest to the instants of given samples.
-
-        Takes samples (n,); gives (n,).
-        """
+        """Return the samples (n,) of corrected logs nearest to the instants of given samples (n,)."""
         owner = logs.owner[samples]
         since = (samples - logs.offsets[owner]) * (self.clock[owner] / self.common)
         moved = corrected.offsets[owner] + np.rint(since).astype(np.int64)

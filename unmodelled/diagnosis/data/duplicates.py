@@ -27,11 +27,7 @@ def different(logs: Logs) -> Logs:
 
 
 def duplicates(logs: Logs) -> tuple[LogFault, ...]:
-    """Return a fault for every group of identical experiments.
-
-    The faults decide the diagnosis where fewer than two different experiments remain: the model would be
-    judged on the data that it was fitted to.
-    """
+    """Return a fault for every group of identical experiments; it decides if no two different ones remain."""
     groups = identical(logs)
     few = len(groups) < FEWEST_DIFFERENT
     return tuple(

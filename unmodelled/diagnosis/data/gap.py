@@ -10,14 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.units import LoggedUnit
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Periods; a delay is a whole number of them if it is so close to one.
 WHOLE = 1e-6
@@ -37,39 +34,23 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class FreeRun:
-    """Simulated outputs, row by row beside the measured ones.
+    """Simulated outputs, row by row beside the measured ones."""
 
-    Attributes:
-        y: simulated outputs, shape (samples, outputs), in their units; nan where nothing is simulated, not
-            finite either where the simulation diverged.
-        counted: True where the value is a prediction, and not the start of a simulation or nothing, shape
-            (samples, outputs).
-        window: number of the window that ends at or holds the sample, from 0 in every experiment, shape
-            (samples,).
-    """
-
+    #: (samples, outputs), in their units; nan where nothing is simulated, not finite where it diverged.
     y: Array
-    counted: NDArray[np.bool_]
-    window: Indices
+    counted: Mask  # (samples, outputs): a prediction, not the start of a simulation or nothing
+    window: Indices  # window that ends at or holds the sample, from 0 in every experiment, (samples,)
 
 
 @dataclass(frozen=True)
 class Off:
-    """Distance of the simulated output from the measured one: root mean square errors in its unit.
-
-    Attributes:
-        unit: unit of the output.
-        at_horizon: error at the last sample of the windows; shorter windows count where an experiment has no
-            other. None where the simulation diverges.
-        whole_run: error over all samples of experiments that are simulated from their first state to their
-            end. None where the simulation diverges.
-        column: unit in which differences of the output's column are written; default None: `unit`.
-    """
+    """Root mean square errors of an output in its unit; None where the simulation diverges."""
 
     unit: str
+    #: At the last sample of the windows; shorter windows count where an experiment has no other.
     at_horizon: float | None
-    whole_run: float | None
-    column: LoggedUnit | None = None
+    whole_run: float | None  # over experiments that are simulated from their first state to their end
+    column: LoggedUnit | None = None  # in which differences of the output's column are written; None: `unit`
 
     @property
     def as_logged(self) -> Off:
@@ -81,9 +62,7 @@ class Off:
         return Off(self.column.text, near, far)
 
     def says(self, seconds: float) -> str:
-        """Say both errors in words.
-
-        Takes seconds in s.
+        """Say both errors in words, with the horizon in s.
 
         Examples:
             >>> Off("rad", 0.0123, None).says(0.1)
@@ -109,47 +88,28 @@ def _amount(value: float | None, unit: str) -> str:
 
 @dataclass(frozen=True)
 class Gap:
-    """Distance of free runs from measured outputs, in standard deviations of the outputs.
+    """Distance of free runs from measured outputs, in standard deviations of the outputs."""
 
-    Attributes:
-        value: root mean square over outputs, windows and samples; the first sample of an experiment, which
-            is no prediction, does not count.
-        per_experiment: gap of an experiment, by its id.
-        per_output: gap of an output, by its name.
-        floor: noise floor, the gap that the noise of the sensors alone would leave; the noise of the states
-            at the starts of the windows is part of it.
-        floors: noise floor by id of the experiment.
-        persistence: error of the prediction that every output keeps its value or its speed, over the same
-            windows; see `unmodelled.diagnosis.data.persistence`.
-        scale: standard deviation of every output by its name, in its unit; see `output_scale`.
-        units: errors by name of the output, in its unit.
-        substeps: integration steps per sample.
-        run: simulated outputs; an error beyond `LARGEST_ERROR` is cut there.
-        notes: remarks on the horizon, the integration and diverged simulations, a sentence each.
-    """
-
-    value: float
-    per_experiment: Mapping[str, float]
-    per_output: Mapping[str, float]
-    floor: float
-    floors: Mapping[str, float]
-    persistence: float
-    scale: Mapping[str, float]
-    units: Mapping[str, Off]
-    substeps: int
-    run: FreeRun
-    notes: tuple[str, ...]
+    value: float  # root mean square over outputs, windows and samples that are predictions
+    per_experiment: Mapping[str, float]  # by id
+    per_output: Mapping[str, float]  # by name
+    floor: float  # what the noise of the sensors, also in the starts of windows, alone would leave
+    floors: Mapping[str, float]  # by id of the experiment
+    persistence: float  # error over the same windows, see `unmodelled.diagnosis.data.persistence`
+    scale: Mapping[str, float]  # standard deviation by name of the output, in its unit
+    units: Mapping[str, Off]  # by name of the output
+    substeps: int  # integration steps per sample
+    run: FreeRun  # an error beyond `LARGEST_ERROR` is cut there
+    notes: tuple[str, ...]  # on horizon, integration and diverged simulations, a sentence each
 
 
 def output_scale(logs: Logs) -> Array:
-    """Return the standard deviation of every output within the experiments.
+    """Return the standard deviation (outputs,) of every output within the experiments.
 
     The deviation is that from the mean of each experiment, pooled over all samples of all experiments,
     whichever of them are simulated: an offset of one experiment does not change it. No experiment counts with
     more than `WILD` times the median experiment's. An output that is constant within every experiment has the
     largest magnitude it takes as its scale, and 1 if it is always zero.
-
-    Gives (outputs,).
     """
     each = np.array([_within(logs.y[logs.rows(i)]) for i in range(len(logs))])
     usual = np.median(each, axis=0)
@@ -172,10 +132,7 @@ def _within(y: Array) -> Array:
 
 
 def steps_of(horizon: float, logs: Logs) -> int:
-    """Return the number of samples closest to a horizon: at least one, at most the longest experiment.
-
-    Takes horizon in s.
-    """
+    """Return the number of samples closest to a horizon, s: at least one, at most the longest experiment."""
     number = isinstance(horizon, int | float) and not isinstance(horizon, bool)
     if not (number and math.isfinite(horizon) and horizon > 0.0):
         raise BadInput(f"horizon: must be a positive number of seconds, got {horizon}")

@@ -6,11 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Indices
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-
-Indices = NDArray[np.int64]
 
 #: Largest number of levels of a factor, each of which has candidates of its own (a budget).
 MOST_LEVELS = 8
@@ -19,10 +17,7 @@ MOST_LEVELS = 8
 def levels(
     experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> Iterator[tuple[str, float | str, Indices]]:
-    """Yield factor, level and rows of the levels that some, but not all, experiments have.
-
-    Gives (members,).
-    """
+    """Yield factor, level and rows (members,) of the levels that some, but not all, experiments have."""
     for factor in experiments.columns:
         values = experiments[factor]
         if factor in ("id", "file") or not 1 < values.nunique() <= MOST_LEVELS:

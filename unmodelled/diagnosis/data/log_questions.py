@@ -27,23 +27,14 @@ NEAR = 0.02
 
 @dataclass(frozen=True)
 class LogProblem:
-    """A fault of a channel that a factor corrects.
+    """A fault of a channel that a factor corrects."""
 
-    Attributes:
-        name: name of the fault in diagnosis.json.
-        factor: factor of the logged values that corrects the fault.
-        base: base unit of the channels that can have the fault; "" for any.
-        looks: words for the fault, after "looks".
-        done: words for the correction.
-        cure: words for what to do, an imperative.
-    """
-
-    name: str
-    factor: float
-    base: str
-    looks: str
-    done: str
-    cure: str
+    name: str  # in diagnosis.json
+    factor: float  # of the logged values, which corrects the fault
+    base: str  # base unit of the channels that can have the fault; "" for any
+    looks: str  # what follows "looks" in a sentence
+    done: str  # the correction in words
+    cure: str  # what to do, an imperative
 
 
 _CONVERT = "Convert the column"
@@ -84,17 +75,11 @@ CLOCKS = (
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Ask whether a correction explains the gap.
-
-    Attributes:
-        problem: possible fault.
-        channels: names of the outputs and inputs that may have it.
-        correction: correction of all experiments.
-    """
+    """Ask whether a correction explains the gap."""
 
     problem: LogProblem
-    channels: tuple[str, ...]
-    correction: Correction
+    channels: tuple[str, ...]  # outputs and inputs that may have the fault
+    correction: Correction  # of all experiments
 
 
 def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Question]:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Largest number of predictions per candidate horizon (a budget of time), and ratio of candidate horizons.
 STARTS, RATIO = 2000, 1.03
@@ -32,12 +29,6 @@ def default_horizon(
     `fewest_horizon_samples` samples and at most the share `longest_horizon_share` of the shortest experiment,
     not counting short parts, see `Logs.usual_length`; the latter limit is the stronger one. Experiments that
     are shorter than the horizon are simulated as a whole.
-
-    Examples:
-        >>> import unmodelled as um
-        >>> system, logs = um.example("pendulum")
-        >>> default_horizon(logs)
-        0.2
     """
     longest = max(1, int(thresholds.longest_horizon_share * logs.usual_length))
     fewest = min(thresholds.fewest_horizon_samples, longest)
@@ -52,10 +43,7 @@ def default_horizon(
 
 
 def horizon_of(logs: Logs, horizon: float | None, sensors: Sensors | None = None) -> float:
-    """Return the given horizon, or the default horizon of the logs where none is given.
-
-    Gives a value in s.
-    """
+    """Return the given horizon, s, or the default horizon of the logs where none is given."""
     return default_horizon(logs, sensors) if horizon is None else horizon
 
 
@@ -72,11 +60,9 @@ def persistence(recording: Recording) -> float:
 
 
 def persistence_errors(sensors: Sensors, start: Indices, end: Indices) -> Array:
-    """Return the errors of both predictions without a model: constant value, and constant speed.
+    """Return the errors (2, *shape of `end`, outputs) without a model: constant value, and constant speed.
 
     The speed is the smoothed slope of the output at the start, as at the start of a free run.
-
-    Takes end (any shape); gives (2, *shape of `end`, outputs) in units of the outputs.
     """
     logs = sensors.logs
     speed = np.stack([sensors.slope(j, 0.0) for j in range(len(logs.outputs))], axis=1)

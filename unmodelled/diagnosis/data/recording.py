@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Fewest samples of a window that is cut short.
 SHORTEST = 8
@@ -23,23 +20,14 @@ SHORTEST = 8
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Free-run windows, back to back along some experiments; the last of each may be shorter.
+    """Free-run windows, back to back along some experiments; the last of each may be shorter."""
 
-    Attributes:
-        logs: logs of all experiments; their states are not used.
-        runs: numbers of the experiments that are simulated.
-        start: first samples, shape (windows,), where a simulation starts; the longest windows come first.
-        steps: numbers, shape (windows,), of samples that are predicted.
-        sensors: noise and slopes of the outputs.
-        latest: longest delay of an output, samples; as many at the end of an experiment are in no window.
-    """
-
-    logs: Logs
-    runs: tuple[int, ...]
-    start: Indices
-    steps: Indices
+    logs: Logs  # of all experiments; their states are not used
+    runs: tuple[int, ...]  # numbers of the experiments that are simulated
+    start: Indices  # first samples, (windows,), where a simulation starts; the longest windows come first
+    steps: Indices  # samples that are predicted, (windows,)
     sensors: Sensors
-    latest: float
+    latest: float  # longest delay of an output, samples; as many at the end of an experiment are in no window
 
     @classmethod
     def of(
@@ -50,10 +38,7 @@ class Recording:
         latest: float = 0.0,
         sensors: Sensors | None = None,
     ) -> Recording:
-        """Divide experiments into windows.
-
-        Takes latest in s.
-        """
+        """Divide experiments into windows; the longest delay `latest` of an output is in s."""
         longest, runs = steps_of(horizon, logs), tuple(range(len(logs)) if runs is None else runs)
         held = math.floor(latest / logs.period + WHOLE)
         starts, lengths = [], []
@@ -77,10 +62,7 @@ class Recording:
         latest: float = 0.0,
         sensors: Sensors | None = None,
     ) -> Recording:
-        """Return every experiment as one window, from its first state to its end.
-
-        Takes latest in s.
-        """
+        """Return every experiment as one window, from its first state to its end; `latest` in s."""
         return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
 
     def among(self, runs: Sequence[int]) -> Recording:
@@ -106,10 +88,7 @@ class Recording:
         return replace(self, start=self.start[every], steps=self.steps[every])
 
     def starting(self, start: Indices) -> Recording:
-        """Return windows of the same length that start at other samples; the last may be shorter.
-
-        Takes start (windows,).
-        """
+        """Return windows of the same length from other samples (windows,); the last may be shorter."""
         end = self.logs.offsets[self.logs.owner[start] + 1] - 1 - math.floor(self.latest + WHOLE)
         steps = np.minimum(self.steps.max(), end - start)
         order = np.argsort(-steps, kind="stable")[: np.count_nonzero(steps > 0)]
@@ -126,7 +105,7 @@ class Recording:
         return self.logs.owner[self.start]
 
     @cached_property
-    def counted(self) -> NDArray[np.bool_]:
+    def counted(self) -> Mask:
         """Return the mask, shape (windows, most steps), of predicted samples."""
         return np.asarray(np.arange(self.steps.max()) < self.steps[:, None])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,17 +14,11 @@ Kind = Literal["bound", "effort", "gain", "sign", "mass", "zero", "common_factor
 
 @dataclass(frozen=True)
 class Remark:
-    """A remark on fitted numbers.
-
-    Attributes:
-        numbers: names of the numbers.
-        kind: reason of the remark.
-        sentence: observation with values and units, and what to do about it.
-    """
+    """A remark on fitted numbers."""
 
     numbers: tuple[str, ...]
     kind: Kind
-    sentence: str
+    sentence: str  # observation with values and units, and what to do about it
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
@@ -37,11 +32,12 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return text if unit in ("", "1", "-") else f"{text} {unit}"
 
 
-def listed(words: tuple[str, ...]) -> str:
-    """Return words as a list in a sentence.
+def listed(words: Iterable[str]) -> str:
+    """Return one or more words as a list in a sentence.
 
     Examples:
         >>> listed(("J", "b", "mgl"))
         'J, b and mgl'
     """
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+    *first, last = words
+    return " and ".join(filter(None, [", ".join(first), last]))

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import LogProblem, Question
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
 
 #: Names of the problems.
 SLOW, OTHER_RUN = "slow", "other_run"
@@ -61,7 +59,7 @@ def straight_pace(logs: Logs, item: int) -> float:
     return 1.0 if few or often < REGULAR else pace
 
 
-def _pace(changes: Sequence[NDArray[np.int64]]) -> float | None:
+def _pace(changes: Sequence[Indices]) -> float | None:
     """Samples between changes that are rare and regular in all runs; None if they are not."""
     if any(len(at) < FEWEST_CHANGES for at in changes):
         return None
@@ -71,10 +69,7 @@ def _pace(changes: Sequence[NDArray[np.int64]]) -> float | None:
 
 
 def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
-    """Return the inputs of the run some places further on, held at their end.
-
-    Gives (samples, inputs).
-    """
+    """Return the inputs (samples, inputs) of the run some places further on, held at their end."""
     lengths, found = np.diff(logs.offsets), np.empty_like(logs.u)
     for i in range(len(logs)):
         other = (i + shift) % len(logs)
@@ -90,11 +85,8 @@ def later_inputs(logs: Logs, samples: int) -> Correction:
     return Correction.replaced(logs, delayed(logs.u, logs.offsets, logs.period, late, "linear"))
 
 
-def other_run(logs: Logs, shifts: NDArray[np.int64]) -> Question:
-    """Return the question whether runs have the inputs of others.
-
-    Takes shifts (experiments,).
-    """
+def other_run(logs: Logs, shifts: Indices) -> Question:
+    """Return the question whether runs have the inputs of others, by shifts (experiments,)."""
     read = logs.u.copy()
     for shift in np.unique(shifts[shifts != 0]).tolist():
         mine = (shifts == shift)[logs.owner]

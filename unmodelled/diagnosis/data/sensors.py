@@ -8,17 +8,14 @@ from itertools import pairwise
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import EVERY, Rows, Splines
 from unmodelled.logs.differentiate import noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.savitzky_golay import ORDER, kernel
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Random draws of noise from which the error of a slope is estimated.
 REPLICATES = 3
@@ -26,34 +23,23 @@ REPLICATES = 3
 
 @dataclass(frozen=True)
 class SmoothedSlope:
-    """The smoothed derivative of one output.
+    """The smoothed derivative of one output."""
 
-    Attributes:
-        y: smoothed output, shape (samples,), in the unit of the output.
-        v: derivative, shape (samples,), of the output, per second.
-        width: width of the smoothing filter, samples.
-    """
-
-    y: Array
-    v: Array
-    width: int
+    y: Array  # smoothed output, (samples,), in its unit
+    v: Array  # its derivative, (samples,), per second
+    width: int  # of the smoothing filter, samples
 
     @classmethod
     def of(cls, y: Array, offsets: Indices, period: float) -> SmoothedSlope:
-        """Smooth and differentiate an output, see `smooth_derivative`.
-
-        Takes y (samples,), offsets (experiments + 1,), period in s.
-        """
+        """Smooth and differentiate an output (samples,), see `smooth_derivative`; period in s."""
         return cls(*smooth_derivative(y, offsets, period))
 
     def error(self, noise: float, offsets: Indices, period: float) -> Array:
-        """Estimate the standard deviation of the error of `v` by the parametric bootstrap.
+        """Estimate the standard deviation (samples,) of the error of `v` by the parametric bootstrap.
 
         The smoothed output is taken as the truth, noise is added, and it is smoothed again. The error has the
         noise that passes the filter and the filter's bias. Samples at the same distance from an end of their
         experiment, where half of the filter is missing, share an estimate, as do all others.
-
-        Takes offsets (experiments + 1,), period in s; gives (samples,).
         """
         truth = np.concatenate([_derivative(self.y[a:b], period) for a, b in pairwise(offsets)])
         square = np.zeros_like(truth)
@@ -83,17 +69,12 @@ LEAST_NOISE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """Estimate noise and slopes of the outputs, each once.
+    """Estimate noise and slopes of the outputs, each once."""
 
-    Attributes:
-        logs: logs of all experiments; their states are not used.
-        runs: numbers of the experiments from which noise and smoothing are estimated, default all. Only
-            their slopes are known.
-        slopes: smoothed slopes that are known already, by number of the output.
-    """
-
-    logs: Logs
+    logs: Logs  # of all experiments; their states are not used
+    #: Experiments from which noise and smoothing are estimated, None for all; only their slopes are known.
     runs: tuple[int, ...] | None = None
+    #: Slopes that are known already, by number of the output.
     slopes: dict[int, SmoothedSlope] = field(default_factory=dict, repr=False)
     _errors: dict[int, Array] = field(default_factory=dict, repr=False)
     _slopes: dict[int, Array] = field(default_factory=dict, repr=False)
@@ -138,12 +119,12 @@ class Sensors:
         return tuple(range(len(self.logs))) if self.runs is None else self.runs
 
     @cached_property
-    def _rows(self) -> NDArray[np.int64]:
+    def _rows(self) -> Indices:
         """Numbers of the samples of the runs, shape (samples of the runs,)."""
         return np.concatenate([np.arange(*self.logs.offsets[[i, i + 1]]) for i in self._known])
 
     @cached_property
-    def _offsets(self) -> NDArray[np.int64]:
+    def _offsets(self) -> Indices:
         """First samples of the runs among `_rows`, shape (runs + 1,)."""
         return np.concatenate([[0], np.cumsum(np.diff(self.logs.offsets)[list(self._known)])])
 
@@ -154,24 +135,15 @@ class Sensors:
         return found
 
     def shown(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
-        """Return an output at the time when it was measured.
-
-        Takes delay in s, rows (rows,); gives (rows,).
-        """
+        """Return an output (rows,) at the time when it was measured; delay in s."""
         return self._earlier(output, False, delay, rows)
 
     def slope(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
-        """Return the smoothed derivative of `shown`, per second.
-
-        Takes delay in s, rows (rows,); gives (rows,).
-        """
+        """Return the smoothed derivative (rows,) of `shown`, per second; delay in s."""
         return self._earlier(output, True, delay, rows)
 
     def slope_error(self, output: int) -> Array:
-        """Return the standard deviation of the error of `slope` without delay, per second.
-
-        Gives (samples,).
-        """
+        """Return the standard deviation (samples,) of the error of `slope` without delay, per second."""
         if output not in self._errors:
             noise, period = float(self.noise[output]), self.logs.period
             self._errors[output] = self._spread(self._smoothed(output).error(noise, self._offsets, period))

@@ -22,25 +22,15 @@ from unmodelled.systems.model import System
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """The inputs of a diagnosis.
+    """The inputs of a diagnosis."""
 
-    Attributes:
-        system: the known physics.
-        logs: logs of all experiments.
-        horizon: length of the free-run windows, s.
-        held_out: numbers of the experiments that take no part in fitting or choosing.
-        thresholds: thresholds of all decisions.
-        seed: seed of the random numbers of models.
-        laws: effects that are tried beside those of the library.
-    """
-
-    system: System
-    logs: Logs
-    horizon: float
-    held_out: tuple[int, ...]
+    system: System  # the known physics
+    logs: Logs  # of all experiments
+    horizon: float  # length of the free-run windows, s
+    held_out: tuple[int, ...]  # numbers of the experiments that take no part in fitting or choosing
     thresholds: Thresholds = DEFAULT_THRESHOLDS
-    seed: int = 0
-    laws: tuple[Effect, ...] = ()
+    seed: int = 0  # of the random numbers of models
+    laws: tuple[Effect, ...] = ()  # tried beside those of the library
 
     @classmethod
     def of(
@@ -52,10 +42,7 @@ class Study:
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
         laws: Sequence[Effect] = (),
     ) -> Study:
-        """Return a study that holds out experiments at random, such that the others still have every level.
-
-        Takes horizon in s.
-        """
+        """Return a study that holds out experiments at random, so that the others still have every level."""
         held = held_out(logs.experiments, seed, thresholds)
         return cls(system, logs, horizon, held, thresholds, seed, tuple(laws))
 

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.program import Program
@@ -18,25 +18,15 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import Reading, readings
 from unmodelled.systems.model import TIME, System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
 class WindowTables:
-    """The samples of all experiments, once for all parameter sets that read them alike.
+    """The samples of all experiments, once for all parameter sets that read them alike."""
 
-    Attributes:
-        u: inputs, shape (input tables, samples, inputs), at the time when they act.
-        x: measured states, shape (tables, read samples, read states), as they were asked for.
-        acting: input table, shape (tables,), of every table of states.
-        member: table of states, shape (sets,), of every parameter set.
-    """
-
-    u: Array
-    x: Array
-    acting: Indices
-    member: Indices
+    u: Array  # inputs at the time when they act, (input tables, samples, inputs)
+    x: Array  # measured states as they were asked for, (tables, read samples, read states)
+    acting: Indices  # input table of every table of states, (tables,)
+    member: Indices  # table of states of every parameter set, (sets,)
 
     @property
     def shift(self) -> Indices:
@@ -45,13 +35,9 @@ class WindowTables:
 
 
 class WindowTableReader:
-    """Make the tables of parameter sets.
+    """Make the tables of parameter sets at operating points `c` (experiments, constants).
 
-    Args:
-        system: system with the laws of its ports.
-        input_delays: column of the delay (s) in a parameter set, by number of the input.
-        output_delays: column of the delay (s) in a parameter set, by number of the output.
-        c: operating points, shape (experiments, constants).
+    `input_delays` and `output_delays`: column of a delay (s) in a set, by number of the input or output.
     """
 
     def __init__(
@@ -67,10 +53,7 @@ class WindowTableReader:
     def __call__(
         self, values: Array, recording: Recording, rows: Rows = EVERY, states: Sequence[int] | None = None
     ) -> WindowTables:
-        """Return the tables of parameter sets.
-
-        Takes values (experiments, sets, numbers) in SI, rows (read samples,).
-        """
+        """Return the tables of parameter sets (experiments, sets, numbers), SI, at some or all samples."""
         read = range(len(self.readings)) if states is None else states
         first, member = _alike(values[:, :, self.columns])
         some, owner = values[:, first], recording.logs.owner[rows]
@@ -90,10 +73,7 @@ class WindowTableReader:
         return WindowTables(u, x, acting, member)
 
     def delays(self, values: Array) -> Array:
-        """Return the delays of the outputs, s.
-
-        Takes values (sets, numbers); gives (sets, outputs).
-        """
+        """Return the delays (sets, outputs), s, of the outputs under parameter sets (sets, numbers)."""
         found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
         for j, column in self.output_delays.items():
             found[:, j] += values[:, column]
@@ -105,11 +85,7 @@ class WindowTableReader:
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array, u: Array, owner: Indices) -> Array:
-        """Return gain, offset and lag (s) of the measured states.
-
-        Takes values (experiments, numbers), u (samples, inputs), owner (samples,); gives (samples, readings,
-        3).
-        """
+        """Return gain, offset and lag (s) of the measured states, (samples, readings, 3)."""
         if self.plain:
             return np.broadcast_to([1.0, 0.0, 0.0], (len(owner), len(self.readings), 3))
         p, x = values[:, : len(self.system.parameters)], np.zeros(len(self.system.states))

@@ -22,16 +22,7 @@ MEASURED: Mapping[Verdict, tuple[tuple[int, int], ...]] = {
 
 
 def confidence(verdict: Verdict, effects: int, explained: float) -> float:
-    """Return the share of right answers among those alike.
-
-    One right and one wrong answer are added to those counted, so that a share is never certain (Laplace).
-
-    Examples:
-        >>> confidence("effect", 1, 0.9) > confidence("effect", 4, 0.9)
-        True
-        >>> confidence("main_effect", 1, 0.9) > confidence("main_effect", 1, 0.2)
-        True
-    """
+    """Return the share of right answers among those alike, with one right and one wrong more (Laplace)."""
     right, every = MEASURED[verdict][alike(verdict, effects, explained)]
     return (right + 1) / (every + 2)
 

@@ -21,23 +21,14 @@ from unmodelled.effects.added import DISCOVERED, Added
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """A decision about fitted candidates.
+    """A decision about fitted candidates."""
 
-    Attributes:
-        verdict: effect, main_effect, no_gap or unknown.
-        candidates: fitted candidates.
-        named: number of the named candidate in `candidates.fits`; 0 is the known physics.
-        indistinguishable: effects that these data cannot tell from an effect of the named candidate, the
-            best first, by the number of that effect.
-        remainder: error that a flexible model predicts beyond the named candidate, or that is too large to
-            be all; None if there is none.
-    """
-
-    verdict: Verdict
+    verdict: Verdict  # all but check_logs
     candidates: Candidates
-    named: int
+    named: int  # number of the named candidate in `candidates.fits`; 0 is the known physics
+    #: Effects that these data cannot tell from one of the named candidate, by its number, the best first.
     indistinguishable: Mapping[int, tuple[Added, ...]]
-    remainder: Remainder | None
+    remainder: Remainder | None  # None if a flexible model predicts no more and the rest is small
 
     @property
     def prediction(self) -> LeftOut:

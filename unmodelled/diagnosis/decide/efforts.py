@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.motion import acceleration, is_inertial, mobility
@@ -17,8 +17,6 @@ from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import TIME, System, symbol
-
-Array = NDArray[np.float64]
 
 #: Samples over which a measured acceleration is taken; one is too noisy.
 LAG = 10
@@ -28,11 +26,7 @@ LEAST_MOBILITY = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Efforts:
-    """Efforts of the known physics and of the effects, with the fitted numbers.
-
-    Attributes:
-        fitted: fitted hypothesis.
-    """
+    """Efforts of the known physics and of the effects, with the fitted numbers."""
 
     fitted: FittedHypothesis
 
@@ -48,10 +42,7 @@ class Efforts:
         return prepare(self.system, study.logs.among(study.learned))
 
     def along(self, expressions: Sequence[sp.Expr]) -> Array:
-        """Return expressions of the known physics along the training experiments.
-
-        Gives (k, samples) in SI.
-        """
+        """Return expressions (k, samples), SI, of the known physics along the training experiments."""
         system, logs = self.system, self.logs
         program, p = Program.of_values(system, expressions), np.array(system.values)
         return program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner]).T
@@ -65,10 +56,7 @@ class Efforts:
         return 1.0 / float(np.median(yielding[np.isfinite(yielding)]))
 
     def largest(self, name: str) -> float:
-        """Return the largest effort that acts at a port.
-
-        It is the largest effort that the known physics has there, or that it lacks there to move as measured.
-        """
+        """Return the largest effort that acts at a port, or that it lacks there to move as measured."""
         system, logs = self.system, self.logs
         port = system.port(name)
         if not is_inertial(system, port):

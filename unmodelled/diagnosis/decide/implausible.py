@@ -98,7 +98,7 @@ def _bounds(efforts: Efforts, added: Added) -> Iterator[Remark]:
     ends = {u: u.bound(fit.values[u.name], hypothesis.study.thresholds.at_bound_share) for u in mine}
     each = {u.name: quantity(end, added.units[u.name]) for u, end in ends.items() if end is not None}
     if each:
-        shown = listed(tuple(f"{name} = {text}" for name, text in each.items()))
+        shown = listed(f"{name} = {text}" for name, text in each.items())
         what = "are limits" if len(each) > 1 else "is a limit"
         yield Remark(
             tuple(each),
@@ -179,7 +179,7 @@ def _zero(prediction: LeftOut, added: Added, alike: Sequence[LeftOut]) -> Iterat
     square = z @ np.linalg.pinv(spread * np.outer(unit, unit), hermitian=True) @ z
     quantile = fdtri(len(names), parts - len(names), _level(prediction))
     if square < len(names) * (parts - 1) / (parts - len(names)) * quantile:
-        shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n], alike)}" for n in names))
+        shown = listed(f"{n} = {_shown(prediction, n, added.units[n], alike)}" for n in names)
         yield Remark(
             names,
             "zero",

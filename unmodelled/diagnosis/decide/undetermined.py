@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.effects.added import Added
-
-Array = NDArray[np.float64]
 
 #: Standard errors from a number to the end of its 95 % interval.
 Z = 1.96
@@ -70,20 +68,13 @@ class Determination:
 
     The size of a number is its value, or its plausible size where that is larger. Timing, numbers of single
     experiments and numbers that only smooth a corner may take any value; numbers at a bound are fixed.
-
-    Attributes:
-        fitted: fitted hypothesis.
-        names: names of the numbers, those of the physics first.
-        size: sizes of the numbers, shape (names,), SI.
-        directions: orthogonal directions, shape (names, directions), in relative changes of the numbers.
-        deviations: standard deviations along the directions, shape (directions,).
     """
 
     fitted: FittedHypothesis
-    names: tuple[str, ...]
-    size: Array
-    directions: Array
-    deviations: Array
+    names: tuple[str, ...]  # those of the physics first
+    size: Array  # of the numbers, (names,), SI
+    directions: Array  # orthogonal, (names, directions), in relative changes of the numbers
+    deviations: Array  # standard deviations along the directions, (directions,)
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Determination:
@@ -183,7 +174,7 @@ def _combination(fitted: FittedHypothesis, moves: Mapping[str, float]) -> Remark
     todo = f"measure {one} separately, or log motions that tell them apart"
     exponents = _exponents(moves)
     if exponents and _same(fitted, exponents):
-        products = listed(tuple(_product(names[0], n, exponents) for n in names[1:]))
+        products = listed(_product(names[0], n, exponents) for n in names[1:])
         sentence = f"these logs determine only {products}, not {listed(names)} by themselves; {todo}"
     else:
         sentence = f"{_moves(fitted, moves)}, without a visible change of the error; {todo}"
@@ -195,7 +186,7 @@ def _moves(fitted: FittedHypothesis, moves: Mapping[str, float]) -> str:
     (first, most), *others = moves.items()
     if len(others) > 1:
         largest = _percent(max(moves.values(), key=abs))
-        return f"{listed(tuple(_label(fitted, n) for n in moves))} can change together by {largest}"
+        return f"{listed(_label(fitted, n) for n in moves)} can change together by {largest}"
     ((second, follow),) = others
     way = "rises" if most * follow > 0.0 else "falls"
     return (

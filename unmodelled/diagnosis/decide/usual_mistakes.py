@@ -20,9 +20,7 @@ NEAR = 0.01
 
 
 def usual_mistake(given: Parameter, right: float) -> str:
-    """Return how a wrong number may have come about, as a sentence; empty if that is unusual.
-
-    Takes right in SI.
+    """Return how a number with another right value (SI) may have come about; empty if that is unusual.
 
     Examples:
         >>> usual_mistake(Parameter("kp", "N m/rad", 0.349), 20.0)

@@ -31,10 +31,7 @@ def check_seed(seed: int) -> None:
 
 
 def check_laws(laws: Sequence[Law], system: System, logs: Logs, horizon: float) -> None:
-    """Refuse laws of the user that keep no rule of `check_effect` where they can act, or act nowhere.
-
-    Takes horizon in s.
-    """
+    """Refuse laws of the user that keep no rule of `check_effect` where they can act, or act nowhere."""
     if laws:
         scales = Study.of(system, logs, horizon, 0).scales
         for law in laws:
@@ -42,10 +39,7 @@ def check_laws(laws: Sequence[Law], system: System, logs: Logs, horizon: float) 
 
 
 def check(system: System, logs: Logs, horizon: float) -> None:
-    """Refuse inputs that a diagnosis cannot answer.
-
-    Takes horizon in s.
-    """
+    """Refuse inputs that a diagnosis cannot answer."""
     if len(logs) < FEWEST_EXPERIMENTS:
         source = Path(logs.source)
         table = str(source / "experiments.csv" if source.is_dir() else source) if logs.source else "logs"
@@ -62,10 +56,7 @@ def check(system: System, logs: Logs, horizon: float) -> None:
 
 
 def check_windows(system: System, logs: Logs, horizon: float) -> None:
-    """Refuse windows that cannot be simulated; ask for faults of the logs first, they are a better answer.
-
-    Takes horizon in s.
-    """
+    """Refuse windows that cannot be simulated; ask for faults of the logs first, they are a better answer."""
     if (steps := steps_of(horizon, logs)) < FEWEST_PREDICTED:
         raise BadInput(
             f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; "

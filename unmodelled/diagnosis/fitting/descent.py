@@ -7,14 +7,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-
-Array = NDArray[np.float64]
 
 #: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
 #: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation.
@@ -30,32 +28,18 @@ Asked = tuple[Array, Array]
 
 @dataclass
 class Descent:
-    """The state of a fit between iterations.
-
-    Attributes:
-        errors: errors that are minimised.
-        z: fitted vector, shape (entries,).
-        moved: corrections, shape (windows, measured states), of the initial states, in standard deviations.
-        share: share of the loss by which an iteration must lower it, default 1e-5.
-        damping: best damping of the last iteration.
-        loss: loss before the last step.
-        converged: whether the loss stopped falling.
-    """
+    """The state of a fit between iterations."""
 
     errors: Errors
-    z: Array
-    moved: Array
-    share: float = CONVERGED_SHARE
-    damping: float = FIRST_DAMPING
-    loss: float = np.inf
-    converged: bool = False
+    z: Array  # fitted vector, (entries,)
+    moved: Array  # corrections of the initial states, (windows, measured states), in standard deviations
+    share: float = CONVERGED_SHARE  # of the loss by which an iteration must lower it
+    damping: float = FIRST_DAMPING  # best one of the last iteration
+    loss: float = np.inf  # before the last step
+    converged: bool = False  # whether the loss stopped falling
 
     def normal(self, here: Array, slopes: Array) -> tuple[NormalEquations, Array]:
-        """Return the normal equations at the current point, and the robust spread of its errors.
-
-        Takes here (windows, most steps, outputs), slopes (windows, unknowns + measured states, most steps,
-        outputs); gives (outputs,).
-        """
+        """Return the normal equations at this point, and the robust spread (outputs,) of its errors."""
         unknowns = self.errors.unknowns
         scale = spread(here, unknowns.simulation.recording.counted)
         weight = weights(here, scale)
@@ -65,7 +49,7 @@ class Descent:
     def iteration(self) -> Generator[Asked, Array, None]:
         """Step to the best of several dampings; where none is better, try stronger ones.
 
-        Gives (sets, entries) and (windows, sets, measured states).
+        Yields `Asked` points, and is sent their errors (windows, sets, most steps, outputs).
         """
         r = yield self.errors.around(self.z, self.moved)
         here, slopes = r[:, 0], self.errors.slopes(self.z, r)
@@ -108,10 +92,7 @@ def begin(
     substeps: int,
     share: float = CONVERGED_SHARE,
 ) -> list[Descent]:
-    """Return fits that start at the measured initial states.
-
-    Takes starts (entries,).
-    """
+    """Return fits that start at the measured initial states, from vectors (entries,)."""
     sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
     errors = Errors(unknowns, sigma, substeps)
     return [Descent(errors, z, np.zeros_like(sigma), share) for z in starts]

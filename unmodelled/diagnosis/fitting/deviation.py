@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import ENOUGH, LARGEST_ERROR, SHARE, SUBSTEPS
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-
-Array = NDArray[np.float64]
 
 #: Steps per sample after which windows that diverge are tried with the finest steps.
 PATIENCE = 8
@@ -21,24 +19,15 @@ PATIENCE = 8
 
 @dataclass(frozen=True)
 class Deviation:
-    """Deviation of simulated from measured outputs, in standard deviations of the outputs.
+    """Deviation of simulated from measured outputs, in standard deviations of the outputs."""
 
-    Attributes:
-        value: root mean square over outputs, windows and samples.
-        per_output: root mean square over windows and samples, by name of the output.
-        per_experiment: root mean square over the outputs and samples of an experiment, by its id.
-    """
-
-    value: float
-    per_output: Mapping[str, float]
-    per_experiment: Mapping[str, float]
+    value: float  # over outputs, windows and samples
+    per_output: Mapping[str, float]  # over windows and samples
+    per_experiment: Mapping[str, float]  # over outputs and samples, by id
 
     @classmethod
     def of(cls, recording: Recording, square: Array) -> Deviation:
-        """Average square errors over windows and samples.
-
-        Takes square (windows, most steps, outputs).
-        """
+        """Average square errors (windows, most steps, outputs) over windows and samples."""
         sums = np.einsum("wkj,wk->wj", square, recording.counted)
         logs = recording.logs
         total, count = np.zeros((len(logs), len(logs.outputs))), np.zeros(len(logs))
@@ -55,12 +44,10 @@ class Deviation:
 
 
 def errors(runs: Runs, scale: Array) -> Array:
-    """Return the errors of the first parameter set, in standard deviations of the outputs.
+    """Return errors (windows, most steps, outputs) of the first parameter set, in units of `scale`.
 
     An error beyond `LARGEST_ERROR` is cut there. At a sample where an output has no finite value, the errors
     of all outputs count as the largest one: a finite output of a simulation that diverged is no prediction.
-
-    Takes scale (outputs,); gives (windows, most steps, outputs).
     """
     error = runs.errors(scale)
     error = np.where(np.isfinite(runs.y[:, 0]).all(axis=-1, keepdims=True), error, np.nan)
@@ -69,10 +56,7 @@ def errors(runs: Runs, scale: Array) -> Array:
 
 
 def gap(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
-    """Return the gap over windows that start at the measured states.
-
-    Takes values (experiments or 1, 1, numbers) in SI.
-    """
+    """Return the gap over windows from measured states; values (experiments or 1, 1, numbers), SI."""
     found = errors(simulation(values, substeps=substeps), simulation.recording.scale)
     return Deviation.of(simulation.recording, found**2)
 
@@ -84,9 +68,7 @@ def substeps_needed(
 
     With this number, halving the steps changes no output by more than a tenth of its noise (root mean
     square), or than a share of the error of the model. Windows that still diverge with the finest steps do
-    not count.
-
-    Takes values (experiments or 1, 1, numbers) in SI.
+    not count. The parameter set `values` has shape (experiments or 1, 1, numbers), SI.
     """
     recording, counted = simulation.recording, simulation.recording.counted
     enough = noise = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)
@@ -119,14 +101,12 @@ def _changes(coarse: Runs, fine: Runs, recording: Recording) -> Array:
     return np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)
 
 
-def _wild(change: Array, counted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _wild(change: Array, counted: Mask) -> Mask:
     """Windows (windows,) in which an output changes by as much as a change may count."""
     return np.asarray(((change >= LARGEST_ERROR).any(axis=2) & counted).any(axis=1))
 
 
-def _hopeless(
-    simulation: Simulation, values: Array, wild: NDArray[np.bool_], tried: Sequence[int]
-) -> NDArray[np.bool_]:
+def _hopeless(simulation: Simulation, values: Array, wild: Mask, tried: Sequence[int]) -> Mask:
     """Windows (windows,) that the finest steps do not mend: the root of a negative number."""
     if not wild.any() or tried[-1] == PATIENCE:
         return np.zeros_like(wild)

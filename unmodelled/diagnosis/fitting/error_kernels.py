@@ -11,12 +11,7 @@ from unmodelled.engine.compiled.layout import jit
 def cut_errors(y, measured, noise, largest, steps):
     """Return errors, shape (windows, sets, samples, outputs), in units of the noise, cut at a largest size.
 
-    Args:
-        y: simulated outputs, shape (windows, sets, samples, outputs); nan counts as the largest error.
-        measured: measured outputs, shape (windows, sets or 1, samples, outputs).
-        noise: standard deviation, shape (outputs,), of the noise.
-        largest: largest error, shape (outputs,), in units of the noise.
-        steps: number, shape (windows,), of samples; errors after them are zero.
+    Nan in `y` counts as the `largest` error (outputs,); after the `steps` (windows,) they are zero.
     """
     r = np.zeros_like(y)
     for w in range(y.shape[0]):
@@ -34,10 +29,7 @@ def cut_errors(y, measured, noise, largest, steps):
 def forward_differences(r, largest, steps):
     """Return derivatives, shape (windows, sets - 1, samples, outputs), of errors by forward differences.
 
-    Args:
-        r: errors, shape (windows, sets, samples, outputs), of `cut_errors`; the first set is the point.
-        largest: size, shape (outputs,), at which errors were cut; their derivatives are zero.
-        steps: steps, shape (windows, sets - 1), of the differences.
+    The first set of the errors `r` is the point. Derivatives of errors that were cut are zero.
     """
     found = np.empty((r.shape[0], r.shape[1] - 1, r.shape[2], r.shape[3]))
     for w in range(r.shape[0]):
@@ -65,13 +57,8 @@ def fill_weights(weight, count, at):
 def delayed_values(y, late, steps):
     """Return the values of y a fraction of a sample earlier, by the cubic through four neighbours.
 
-    Args:
-        y: outputs, shape (windows, sets, samples, outputs), from the first sample of a window on.
-        late: delays, shape (sets, outputs), samples.
-        steps: number, shape (windows,), of samples that are predicted.
-
-    Returns:
-        Values, shape (windows, sets, samples - 1, outputs), from the second sample of a window on.
+    They are of shape (windows, sets, samples - 1, outputs), from the second sample of a window on. Delays
+    `late` (sets, outputs) are in samples.
     """
     found = np.full((y.shape[0], y.shape[1], y.shape[2] - 1, y.shape[3]), np.nan)
     weight = np.empty(4)

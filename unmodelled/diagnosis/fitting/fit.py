@@ -10,15 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE, Descent, begin, iterate
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
-
-Array = NDArray[np.float64]
 
 #: Iterations of every start before the best one is continued; least samples and windows on which starts are
 #: compared.
@@ -28,48 +26,26 @@ OF_ERROR = 0.05
 
 
 @dataclass(frozen=True)
-class Fit:
-    """The result of a fit.
+class ParameterFit:
+    """The result of a fit."""
 
-    Attributes:
-        values: fitted numbers that all experiments share, by name, SI.
-        own: numbers that every experiment has for itself, by name and id, SI.
-        names: names of the rows of `covariance`; a number of one experiment is name@id.
-        covariance: covariance, shape (names, names), of the fitted numbers, SI; inf where the data do not
-            determine a number.
-        numbers: parameter sets, shape (experiments, 1, numbers), for `Simulation`.
-        start: corrections, shape (windows, measured states), of the measured initial states, SI.
-        gap: deviation from the measured initial states, as the contract defines the gap.
-        left: deviation from the corrected initial states.
-        scale: robust standard deviation, shape (outputs,), of the remaining errors, in units of the outputs.
-        loss: minimised loss.
-        simulations: number of simulated parameter sets.
-        substeps: integration steps per sample.
-        converged: whether the loss stopped falling before the iterations were used up.
-        normal: normal equations at the result.
-    """
-
-    values: Mapping[str, float]
-    own: Mapping[str, Mapping[str, float]]
-    names: tuple[str, ...]
-    covariance: Array
-    numbers: Array
-    start: Array
-    gap: Deviation
-    left: Deviation
-    scale: Array
+    values: Mapping[str, float]  # numbers that all experiments share, by name, SI
+    own: Mapping[str, Mapping[str, float]]  # numbers that every experiment has for itself, by name and id, SI
+    names: tuple[str, ...]  # of the rows of `covariance`; a number of one experiment is name@id
+    covariance: Array  # (names, names), SI; inf where the data do not determine a number
+    numbers: Array  # parameter sets, (experiments, 1, numbers), for `Simulation`
+    start: Array  # corrections of the measured initial states, (windows, measured states), SI
+    gap: Deviation  # from the measured initial states, as the contract defines the gap
+    left: Deviation  # from the corrected initial states
+    scale: Array  # robust standard deviation of the remaining errors, (outputs,), in units of the outputs
     loss: float
-    simulations: int
-    substeps: int
-    converged: bool
-    normal: NormalEquations
+    simulations: int  # simulated parameter sets
+    substeps: int  # integration steps per sample
+    converged: bool  # whether the loss stopped falling before the iterations were used up
+    normal: NormalEquations  # at the result
 
     def variance(self, name: str) -> float:
-        """Return the variance of a number, SI; 0 if it was not fitted, inf if the data do not determine it.
-
-        Args:
-            name: name of the number.
-        """
+        """Return the variance of a number, SI; 0 if it was not fitted, inf if it is not determined."""
         return float(self.covariance[(self.names.index(name),) * 2]) if name in self.names else 0.0
 
     @property
@@ -85,7 +61,7 @@ def fit_parameters(
     iterations: int = 30,
     substeps: int | None = None,
     share: float = CONVERGED_SHARE,
-) -> Fit:
+) -> ParameterFit:
     """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt."""
     chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
     every = Unknowns(simulation, chosen)
@@ -141,7 +117,7 @@ def _start(
     return scouts[int(np.argmin(np.log(1.0 + square).sum(-1)))].z, errors.simulations
 
 
-def _result(descent: Descent, simulations: int) -> Fit:
+def _result(descent: Descent, simulations: int) -> ParameterFit:
     errors, unknowns = descent.errors, descent.errors.unknowns
     simulation, recording = unknowns.simulation, unknowns.simulation.recording
     around = errors(*errors.around(descent.z, descent.moved))
@@ -152,7 +128,7 @@ def _result(descent: Descent, simulations: int) -> Fit:
     values = unknowns.values(descent.z)
     parts = [values[unknowns.unknown == k] for k in range(len(unknowns.each))]
     named = list(zip(unknowns.each, parts, strict=True))
-    return Fit(
+    return ParameterFit(
         values={u.name: float(part[0]) for u, part in named if not u.own},
         own={u.name: dict(zip(ids, part.tolist(), strict=True)) for u, part in named if u.own},
         names=tuple(

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.deviation import Deviation
 from unmodelled.diagnosis.fitting.simulation import Simulation
 
-Array = NDArray[np.float64]
-
 
 def start_noise(simulation: Simulation, values: Array) -> Array:
-    """Return the noise of the measured states at which windows start.
+    """Return the noise (windows, measured states), SI, of the measured states at which windows start.
 
     A state that an output shows has the noise of the output, divided by the gain of the sensor; see
     `SmoothedSlope.error` for velocities.
-
-    Takes values (experiments or 1, 1, numbers) in SI; gives (windows, measured states) in SI.
     """
     recording, reader = simulation.recording, simulation.reader
     each = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0]
@@ -34,12 +30,10 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
 
 
 def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
-    """Return the noise floor: the gap that remains if the simulation with `values` is the truth.
+    """Return the noise floor: the gap that remains if `values` (experiments or 1, 1, numbers) are the truth.
 
     The measured outputs are noisy, and so are the states at which windows start. The effect of a noisy state
     on the outputs is found by starting one standard deviation above and one below it, state by state.
-
-    Takes values (experiments or 1, 1, numbers) in SI.
     """
     recording = simulation.recording
     sigma = start_noise(simulation, values)

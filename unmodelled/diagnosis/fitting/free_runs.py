@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import (
     DIVERGED,
     LARGEST_ERROR,
@@ -28,8 +28,6 @@ from unmodelled.diagnosis.fitting.simulation import MakeBackend, Runs, Simulatio
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-
 
 def free_runs(
     system: System,
@@ -43,15 +41,6 @@ def free_runs(
     The integration is by Runge and Kutta's method of order four, inputs run straight between samples unless
     the system holds them, and steps are halved until halving them again changes no output by more than a
     tenth of its sensor noise.
-
-    Examples:
-        >>> import unmodelled as um
-        >>> system, logs = um.example("pendulum")
-        >>> gap = free_runs(system, logs, horizon=0.2)
-        >>> round(gap.value, 3), round(gap.floor, 4)
-        (0.047, 0.0014)
-        >>> gap.units["theta"].says(0.2)
-        '0.052 rad off after 0.2 s, 0.2 rad over whole runs'
     """
     if logs.states != tuple(s.name for s in system.states):
         raise ValueError(f"logs must have the states of {system.name}, see prepare")
@@ -182,10 +171,7 @@ def _about_persistence(value: float, without_model: float) -> list[str]:
 
 
 def _in_rows(system: System, recording: Recording, steps: int, found: Runs, error: Array) -> FreeRun:
-    """Return simulated outputs beside the samples that show them.
-
-    Takes error (windows, most steps, outputs) in standard deviations of the outputs.
-    """
+    """Return simulated outputs beside the samples that show them; error in deviations of the outputs."""
     logs, some = recording.logs, recording.counted
     simulated = found.measured[:, 0] + error * recording.scale
     y = np.full(logs.y.shape, np.nan)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -24,8 +24,6 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
@@ -33,18 +31,12 @@ class Hypothesis:
 
     When exactly a logged input acts, within about half a sample, is never known. This timing is fitted with
     every hypothesis and is not an effect.
-
-    Attributes:
-        study: inputs of the diagnosis.
-        system: the physics with the effects, all at amplitude zero.
-        effects: effects in the order in which they were added.
-        laws: the same as effects of the library, without networks.
     """
 
     study: Study
-    system: System
-    effects: tuple[Added, ...] = ()
-    laws: tuple[Effect, ...] = ()
+    system: System  # the physics with the effects, all at amplitude zero
+    effects: tuple[Added, ...] = ()  # in the order in which they were added
+    laws: tuple[Effect, ...] = ()  # the same as effects of the library, without networks
     _larger: dict[tuple[str, str, Place], Hypothesis] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -194,17 +186,11 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class FittedHypothesis:
-    """A hypothesis whose unknowns were fitted to a recording.
-
-    Attributes:
-        hypothesis: the known physics with effects.
-        recording: windows that the unknowns were fitted to.
-        fit: result of the fit.
-    """
+    """A hypothesis whose unknowns were fitted to a recording."""
 
     hypothesis: Hypothesis
-    recording: Recording
-    fit: Fit
+    recording: Recording  # windows that the unknowns were fitted to
+    fit: ParameterFit
 
     @classmethod
     def of(
@@ -240,17 +226,11 @@ class FittedHypothesis:
         return Unknowns(self.hypothesis.simulation(self.recording), self.hypothesis.unknowns)
 
     def vector(self, unknowns: Unknowns) -> Array:
-        """Return the fitted values as a vector.
-
-        Gives (entries,).
-        """
+        """Return the fitted values as a vector (entries,)."""
         return unknowns.vector(self.fit.every)
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
-        """Return corrections of the initial states and their noise.
-
-        Gives (windows, measured states).
-        """
+        """Return corrections of the initial states and their noise, each (windows, measured states)."""
         order = np.argsort(self.recording.start)
         rows = order[np.searchsorted(self.recording.start[order], recording.start)]
         sigma = start_noise(self.hypothesis.simulation(recording), self.fit.numbers)

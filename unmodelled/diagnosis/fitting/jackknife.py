@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.normal_equations import RANK
-
-Array = NDArray[np.float64]
 
 
 def interval(
@@ -46,10 +44,7 @@ def _jackknife(prediction: LeftOut, name: str, level: float) -> tuple[float, flo
 
 
 def covariance(prediction: LeftOut, names: Sequence[str]) -> Array:
-    """Return the covariance of shared numbers: jackknife, and chance of the experiments' own numbers.
-
-    Gives (names, names) in SI.
-    """
+    """Return the covariance (names, names), SI, of shared numbers: jackknife, and chance of own numbers."""
     unknowns = prediction.fitted.unknowns
     known = [u.name for u in unknowns.each]
     entries = np.searchsorted(unknowns.unknown, [known.index(name) for name in names])

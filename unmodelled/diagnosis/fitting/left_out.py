@@ -12,16 +12,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 
 #: Smallest number of parts that are left out or compared; fewer experiments are divided. Every experiment is
 #: divided into as many blocks, of which a part has one, two, three or all.
@@ -38,27 +34,17 @@ UNKNOWN_SHARE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """A fitted hypothesis that predicts each part of the data with numbers fitted without this part.
-
-    Attributes:
-        fitted: fitted hypothesis.
-        part: number of the left-out part of every window, shape (windows,).
-        values: fitted vectors without each part, shape (parts, entries), in units of the vector.
-        squares: summed square errors of every window, shape (2, windows, outputs), in variances of the sensor
-            noise; free runs from measured starts, then from fitted starts.
-    """
+    """A fitted hypothesis that predicts each part of the data with numbers fitted without this part."""
 
     fitted: FittedHypothesis
-    part: Indices
-    values: Array
+    part: Indices  # number of the left-out part of every window, (windows,)
+    values: Array  # fitted vectors without each part, (parts, entries), in units of the vector
+    #: Square errors (2, windows, outputs) in noise variances: from measured starts, then from fitted ones.
     squares: Array
 
     @classmethod
     def of(cls, fitted: FittedHypothesis, part: Indices | None = None) -> LeftOut:
-        """Leave out one part after the other.
-
-        Takes part (windows,).
-        """
+        """Leave out one part after the other; part of every window (windows,)."""
         recording, fit, unknowns = fitted.recording, fitted.fit, fitted.unknowns
         if part is None and fitted.is_own:
             part = parts(recording, HALVES * len(recording.runs))
@@ -78,27 +64,19 @@ class LeftOut:
 
     @property
     def count(self) -> int:
-        """Return the number of parts, or of experiments where these have numbers of their own.
-
-        All parts of such an experiment leave it out as a whole.
-        """
+        """Return the number of parts; with own numbers that of experiments, each left out as a whole."""
         runs = len(np.unique(self.fitted.recording.owner))
         return runs if self.fitted.is_own else len(self.values)
 
     def score(self, runs: Sequence[int] | None = None) -> Array:
-        """Return the mean over outputs of `scores`.
-
-        Gives (parts,) in nats.
-        """
+        """Return the mean (parts,) over outputs of `scores`, nats."""
         return np.asarray(self.scores(runs).mean(1))
 
     def scores(self, runs: Sequence[int] | None = None) -> Array:
-        """Return the logarithm of the mean square error plus one, mean over starts, of every part.
+        """Return the logarithm of the mean square error plus one, mean over starts: (parts, outputs), nats.
 
         The parts are those of `parts` for the given experiments, however the windows were left out: scores of
         hypotheses that were fitted to the same windows can be compared part by part.
-
-        Gives (parts, outputs) in nats.
         """
         squares, samples = self._blocks
         if runs is not None:
@@ -128,10 +106,7 @@ def divided(experiments: int, fewest: int = FEWEST_PARTS) -> int:
 
 
 def blocks(recording: Recording) -> Indices:
-    """Return the block of every window: each experiment has `FEWEST_PARTS` contiguous ones.
-
-    Gives (windows,).
-    """
+    """Return the block (windows,) of every window: each experiment has `FEWEST_PARTS` contiguous ones."""
     found = np.empty(len(recording.start), np.int64)
     for k, run in enumerate(np.unique(recording.owner)):
         mine = np.flatnonzero(recording.owner == run)
@@ -141,10 +116,7 @@ def blocks(recording: Recording) -> Indices:
 
 
 def parts(recording: Recording, fewest: int = FEWEST_PARTS) -> Indices:
-    """Return the part of every window: its experiment, or some blocks of it if experiments are few.
-
-    Gives (windows,).
-    """
+    """Return the part (windows,) of every window: its experiment, or some blocks if experiments are few."""
     width = FEWEST_PARTS // divided(len(np.unique(recording.owner)), fewest)
     return _numbered(blocks(recording) // width)
 

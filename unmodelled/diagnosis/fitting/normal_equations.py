@@ -8,10 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from unmodelled.diagnosis.data.arrays import Array, Indices
 
 #: Relative curvature below which the data do not determine an unknown: a few thousand roundings.
 LEAST_CURVATURE = 1e-12
@@ -21,30 +19,19 @@ RANK = 1e-12
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """Products of derivatives and residuals.
+    """Products of derivatives and residuals."""
 
-    Attributes:
-        gram: products, shape (windows, q, q), of q = unknowns + states + 1 columns: derivatives by the
-            unknowns, by the initial states in units of their noise, and the residual. The prior of the
-            initial states is included.
-        entry: entry, shape (windows, unknowns), of an unknown in the vector.
-        precision: inverse variance, shape (size,), of the vector's prior around zero.
-    """
-
-    gram: Array
-    entry: Indices
-    precision: Array
+    #: Products of q = unknowns + states + 1 columns: derivatives by the unknowns and by the initial states in
+    #: units of their noise, and the residual; with the prior of the initial states.
+    gram: Array  # (windows, q, q)
+    entry: Indices  # entry of an unknown in the vector, (windows, unknowns)
+    precision: Array  # inverse variance of the vector's prior around zero, (size,)
 
     @classmethod
     def of(
         cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
     ) -> NormalEquations:
-        """Return the products of residuals and derivatives.
-
-        Takes r (windows, samples, outputs), slopes (windows, unknowns + states, samples, outputs), weights
-        (windows, samples, outputs), moved (windows, states) in units of their noise, entry (windows,
-        unknowns), precision (size,).
-        """
+        """Return the products of residuals and derivatives; `moved` (windows, states) in units of noise."""
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
         first, states = entry.shape[1], moved.shape[1]
@@ -55,10 +42,7 @@ class NormalEquations:
         return cls(gram, entry, precision)
 
     def reduced(self, damping: float = 0.0) -> tuple[Array, Array, Array]:
-        """Eliminate the initial states.
-
-        Gives (windows, unknowns, unknowns) and (windows, unknowns) and (windows, states, unknowns + 1).
-        """
+        """Eliminate initial states: curvature (windows, unknowns, unknowns), gradient, how states follow."""
         n = self.entry.shape[1]
         inner = self.gram[:, n:-1, n:-1]
         damped = inner + damping * np.eye(inner.shape[1]) * inner
@@ -68,11 +52,7 @@ class NormalEquations:
         return outer[:, :, :n], outer[:, :, n], follow
 
     def summed(self, curvature: Array, gradient: Array) -> tuple[Array, Array]:
-        """Sum curvature and gradient over the windows.
-
-        Takes curvature (windows, unknowns, unknowns), gradient (windows, unknowns); gives (size, size) and
-        (size,).
-        """
+        """Sum curvature (windows, unknowns, unknowns) and gradient over windows: (size, size) and (size,)."""
         size, entry = len(self.precision), self.entry
         pairs = entry[:, :, None] * size + entry[:, None, :]
         H: Array = np.bincount(pairs.ravel(), curvature.ravel(), size * size).astype(np.float64)
@@ -80,10 +60,7 @@ class NormalEquations:
         return H.reshape(size, size), g
 
     def step(self, damping: float, z: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the vector after a damped step within its bounds, and steps of the initial states.
-
-        Takes z (size,), bounds (size,); gives (size,) and (windows, states).
-        """
+        """Return the vector (size,) after a damped step within bounds, and steps (windows, states)."""
         curvature, gradient, follow = self.reduced(damping)
         H, g = self.summed(curvature, gradient)
         H, g = H + np.diag(self.precision), g + self.precision * z
@@ -107,12 +84,10 @@ class NormalEquations:
         return there, moves
 
     def covariance(self) -> Array:
-        """Estimate the covariance of the vector; inf where the data do not determine an unknown.
+        """Estimate the covariance (size, size) of the vector; inf where the data do not determine an unknown.
 
         It comes from the scatter of the windows' gradients (sandwich estimator): errors of one window depend
         on each other, those of two windows do not.
-
-        Gives (size, size).
         """
         curvature, gradient, _ = self.reduced()
         H = self.summed(curvature, gradient)[0] + np.diag(self.precision)

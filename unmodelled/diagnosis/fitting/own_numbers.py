@@ -35,8 +35,6 @@ def with_own_numbers(
     A constant of the operating point with `identify` has a value for the experiments that it lists. That of
     every other one is fitted to the first half of the experiment, with all other numbers fixed: nothing else
     determines it, and the second half stays unseen. The numbers of the listed experiments are its prior.
-
-    Takes horizon in s.
     """
     constants = [c for c in system.operating_point if c.identify]
     every = range(len(logs)) if runs is None else runs

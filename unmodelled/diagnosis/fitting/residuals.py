@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-
-Array = NDArray[np.float64]
 
 #: Steps of forward differences, in units of an unknown and of the noise of an initial state.
 STEP, START_STEP = 1e-4, 0.1
@@ -20,13 +18,7 @@ TUNING = 2.0
 
 
 class Errors:
-    """Compute the errors of one simulation.
-
-    Args:
-        unknowns: numbers that may change.
-        sigma: noise, shape (windows, measured states), of the initial states, SI.
-        substeps: integration steps per sample.
-    """
+    """Compute the errors of one simulation; `sigma` (windows, measured states): noise of the starts, SI."""
 
     def __init__(self, unknowns: Unknowns, sigma: Array, substeps: int) -> None:
         self.unknowns, self.sigma, self.substeps = unknowns, sigma, substeps
@@ -44,22 +36,15 @@ class Errors:
         return LARGEST_ERROR * recording.scale / recording.noise
 
     def __call__(self, z: Array, moved: Array) -> Array:
-        """Return the errors of vectors, in standard deviations of the sensor noise.
+        """Return errors (windows, sets, most steps, outputs) of vectors (sets, entries), in the sensor noise.
 
         An error beyond `largest`, or of a simulation that diverged, is cut there; after the end of a window
-        errors are zero.
-
-        Takes z (sets, entries), moved (windows, sets, measured states); gives (windows, sets, most steps,
-        outputs).
+        errors are zero. Starts are `moved` (windows, sets, measured states), in standard deviations.
         """
         return self.of_numbers(self.unknowns.numbers(z), moved)
 
     def of_numbers(self, numbers: Array, moved: Array) -> Array:
-        """Return the errors of parameter sets, cut at `largest`; after the end of a window they are zero.
-
-        Takes numbers (experiments, sets, numbers) in SI, moved (windows, sets, measured states); gives
-        (windows, sets, most steps, outputs).
-        """
+        """Return the errors of parameter sets (experiments, sets, numbers), SI, like those of vectors."""
         recording = self.simulation.recording
         runs = self.simulation(numbers, moved * self.sigma[:, None], self.substeps)
         self.simulations += numbers.shape[1]
@@ -67,11 +52,7 @@ class Errors:
         return np.asarray(r)
 
     def around(self, z: Array, moved: Array) -> tuple[Array, Array]:
-        """Return a point and its neighbours in every direction: one for each unknown and initial state.
-
-        Takes z (entries,), moved (windows, measured states); gives (points, entries) and (windows, points,
-        measured states).
-        """
+        """Return points (points, entries) and starts: a point, and one for each unknown and start."""
         unknowns, states = self.unknowns, moved.shape[1]
         count = len(unknowns.each)
         points = np.tile(z, (1 + count + states, 1))
@@ -81,10 +62,7 @@ class Errors:
         return points, starts
 
     def slopes(self, z: Array, r: Array) -> Array:
-        """Return the derivatives of the errors by unknowns and initial states.
-
-        Takes z (entries,); gives (windows, unknowns + measured states, most steps, outputs).
-        """
+        """Return derivatives (windows, unknowns + measured states, most steps, outputs) of the errors."""
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
         steps[:, : entry.shape[1]] = self._steps(z)[entry]
@@ -94,29 +72,19 @@ class Errors:
         return np.where(z + STEP <= self.unknowns.bounds[1], STEP, -STEP)
 
 
-def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
-    """Estimate the robust standard deviation of residuals, at least that of the noise.
-
-    Takes r (windows, most steps, outputs) in standard deviations of the noise, counted (windows, most steps);
-    gives (outputs,).
-    """
+def spread(r: Array, counted: Mask) -> Array:
+    """Estimate the robust standard deviation (outputs,) of residuals, at least that of the noise."""
     return np.maximum(1.4826 * np.median(np.abs(r[counted]), axis=0), 1.0)
 
 
 def weights(r: Array, scale: Array) -> Array:
-    """Return the weights of squared residuals by Huber's loss.
-
-    Takes r (..., outputs), scale (outputs,); gives (..., outputs).
-    """
+    """Return the weights (..., outputs) of squared residuals by Huber's loss."""
     size = np.abs(r) / scale
     return np.where(size <= TUNING, 1.0, TUNING / np.maximum(size, TUNING)) / scale**2
 
 
 def loss(r: Array, scale: Array) -> Array:
-    """Return Huber's loss of residuals.
-
-    Takes r (windows, sets, most steps, outputs), scale (outputs,); gives (sets,).
-    """
+    """Return Huber's loss (sets,) of residuals (windows, sets, most steps, outputs)."""
     size = np.abs(r) / scale
     each = np.where(size <= TUNING, 0.5 * size**2, TUNING * (size - 0.5 * TUNING))
     return np.asarray(each.sum((0, 2, 3)))

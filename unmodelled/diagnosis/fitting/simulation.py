@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader
@@ -21,9 +21,6 @@ from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 #: Lengths of windows after which hidden states may have forgotten how they started, and the share of their
 #: spread that counts as forgotten.
 MEMORY, FORGOTTEN = (1, 3), 1e-3
@@ -34,32 +31,21 @@ MakeBackend = Callable[[System, Sequence[sp.Expr]], Backend]
 
 @dataclass(frozen=True)
 class Runs:
-    """Simulated and measured outputs of all windows.
+    """Simulated and measured outputs of all windows."""
 
-    Attributes:
-        y: simulated outputs, shape (windows, sets, most steps, outputs), from the second sample of a window
-            on; nan after its end, nan or inf where the simulation diverged.
-        measured: measured outputs, shape (windows, sets or 1, most steps, outputs), at the same samples.
-        counted: mask, shape (windows, most steps), of the samples before the end of a window.
-        first: simulated outputs, shape (windows, sets, outputs), at the first sample of a window, without
-            delay.
-    """
-
-    y: Array
-    measured: Array
-    counted: NDArray[np.bool_]
-    first: Array
+    #: Simulated, from the second sample of a window on; nan after its end, not finite where it diverged.
+    y: Array  # (windows, sets, most steps, outputs)
+    measured: Array  # at the same samples, (windows, sets or 1, most steps, outputs)
+    counted: Mask  # samples before the end of a window, (windows, most steps)
+    first: Array  # simulated at the first sample of a window, without delay, (windows, sets, outputs)
 
     def errors(self, scale: Array) -> Array:
-        """Return the errors of the first set; not finite where it diverged.
-
-        Takes scale (outputs,); gives (windows, most steps, outputs).
-        """
+        """Return the errors (windows, most steps, outputs) of the first set; not finite where it diverged."""
         with np.errstate(all="ignore"):
             return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
 
     @property
-    def diverged(self) -> NDArray[np.bool_]:
+    def diverged(self) -> Mask:
         """Return the mask, shape (windows, sets), of windows in which an output has no finite value."""
         return np.asarray((~np.isfinite(self.y).all(-1) & self.counted[:, None]).any(-1))
 
@@ -266,12 +252,7 @@ class Simulation:
         return self.reader.delays(values) / self.recording.logs.period
 
     def _shown(self, y: Array, values: Array) -> Runs:
-        """Return the runs as delayed sensors show them.
-
-        Args:
-            y: simulated outputs, shape (windows, sets, samples, outputs).
-            values: parameter sets, shape (sets, numbers), SI.
-        """
+        """Return outputs (windows, sets, samples, outputs) as delayed sensors show them."""
         record, later = self.recording, self.later(values)
         rest = self._late(values) - later
         rest[np.abs(rest) <= WHOLE] = 0.0

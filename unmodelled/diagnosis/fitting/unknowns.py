@@ -7,14 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.systems.model import Parameter
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 
 #: Values by name, SI, of a number that differs between experiments by name and id.
 Start = Mapping[str, float | Mapping[str, float]]
@@ -22,28 +18,18 @@ Start = Mapping[str, float | Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number that is fitted.
+    """A number that is fitted."""
 
-    Attributes:
-        name: name of a parameter or delay.
-        low: lower bound, SI.
-        high: upper bound, SI.
-        scale: plausible size, SI.
-        own: whether every experiment has a value of its own, default False.
-        start: whether a state that no output measures starts there. Such a number is no finding: it is fitted
-            to the experiment that is predicted, as the measured initial states are; default False.
-        prior: standard deviation of the prior around `middle`, SI, default inf (no prior).
-        middle: value, SI, at which the entry of the vector is zero; default 0.
-    """
-
-    name: str
-    low: float
-    high: float
-    scale: float
-    own: bool = False
+    name: str  # of a parameter or delay
+    low: float  # SI
+    high: float  # SI
+    scale: float  # plausible size, SI
+    own: bool = False  # whether every experiment has a value of its own
+    #: Whether a state that no output measures starts there. Such a number is no finding: it is fitted to the
+    #: experiment that is predicted, as the measured initial states are.
     start: bool = False
-    prior: float = np.inf
-    middle: float = 0.0
+    prior: float = np.inf  # standard deviation of the prior around `middle`, SI
+    middle: float = 0.0  # value at which the entry of the vector is zero, SI
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
@@ -54,14 +40,7 @@ class Unknown:
         return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width, own, start=own)
 
     def bound(self, value: float, share: float) -> float | None:
-        """Return the bound that a value has reached, None where it is within the bounds.
-
-        Takes value in SI.
-
-        Examples:
-            >>> Unknown("b", 0.0, 0.1, 0.03).bound(1e-9, 1e-3), Unknown("b", 0.0, 0.1, 0.03).bound(0.02, 1e-3)
-            (0.0, None)
-        """
+        """Return the bound, SI, that a value has reached, None where it is within the bounds."""
         for end in (self.low, self.high):
             if abs(value - end) <= share * min(self.high - self.low, max(abs(end), self.scale)) < np.inf:
                 return end
@@ -70,15 +49,10 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Arrange unknowns in one vector: a shared one has one entry, another one an entry per experiment.
-
-    Attributes:
-        simulation: simulation that takes the numbers.
-        each: unknowns, in the order of the vector.
-    """
+    """Arrange unknowns in one vector: a shared one has one entry, another one an entry per experiment."""
 
     simulation: Simulation
-    each: tuple[Unknown, ...]
+    each: tuple[Unknown, ...]  # in the order of the vector
 
     @cached_property
     def unknown(self) -> Indices:
@@ -118,10 +92,7 @@ class Unknowns:
         return np.asarray((self.scale / prior) ** 2)
 
     def vector(self, start: Start) -> Array:
-        """Return the vector of given values, within the bounds.
-
-        Gives (entries,).
-        """
+        """Return the vector (entries,) of given values, within the bounds."""
         given = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True))
         known: Start = {**given, **start}
         recording = self.simulation.recording
@@ -136,17 +107,11 @@ class Unknowns:
         return np.clip((np.array(values) - self.middle) / self.scale, *self.bounds)
 
     def values(self, z: Array) -> Array:
-        """Return the values of vectors, SI.
-
-        Takes z (..., entries); gives (..., entries).
-        """
+        """Return the values (..., entries), SI, of vectors of the same shape."""
         return z * self.scale + self.middle
 
     def numbers(self, z: Array) -> Array:
-        """Return the parameter sets of vectors.
-
-        Takes z (sets, entries); gives (experiments, sets, numbers).
-        """
+        """Return the parameter sets (experiments, sets, numbers) of vectors (sets, entries)."""
         recording = self.simulation.recording
         values = np.tile(self.simulation.values, (len(recording.logs), len(z), 1))
         for k, unknown in enumerate(self.each):

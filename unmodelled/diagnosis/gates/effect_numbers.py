@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel
 from unmodelled.diagnosis.gates.robot_numbers import LEAST_GAIN
@@ -19,8 +19,6 @@ from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import Parameter, Port, System, symbol
 from unmodelled.systems.units import parse_unit
-
-Array = NDArray[np.float64]
 
 #: Samples at which laws are evaluated, evenly from all experiments, and fewest on one side of zero.
 SAMPLES, FEWEST = 2000, 20
@@ -54,7 +52,7 @@ class _Along:
     model: JudgedModel
 
     @cached_property
-    def _some(self) -> NDArray[np.int64]:
+    def _some(self) -> Indices:
         count = len(self.model.logs.t)
         return np.arange(0, count, -(-count // SAMPLES))
 

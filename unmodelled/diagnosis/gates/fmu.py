@@ -8,13 +8,11 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
 from unmodelled.engine.fmu.stepper import Stepper, defaults
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Communication steps of the run, their length in s, and the largest difference, relative to the outputs.
 STEPS, STEP, CLOSE = 10, 1e-3, 1e-9

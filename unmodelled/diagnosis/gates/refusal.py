@@ -10,17 +10,11 @@ from unmodelled.diagnosis.data.result import Diagnosis
 
 @dataclass(frozen=True)
 class Refusal:
-    """File that an answer does not offer as an improvement.
+    """File that an answer does not offer as an improvement."""
 
-    Attributes:
-        file: name of the file in the folder of an answer.
-        reason: number or output that is wrong, and how much.
-        given: name of the file that the user keeps instead.
-    """
-
-    file: str
-    reason: str
-    given: str
+    file: str  # name in the folder of an answer
+    reason: str  # number or output that is wrong, and how much
+    given: str  # name of the file that the user keeps instead
 
     @property
     def content(self) -> dict[str, str]:

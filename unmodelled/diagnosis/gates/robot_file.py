@@ -34,10 +34,7 @@ def reason_against_numbers(robot: Robot, text: str, name: str, supplement: Suppl
 def reason_against_runs(
     diagnosis: Diagnosis, gaps: tuple[float, float], before: Mapping[str, Off], after: Mapping[str, Off]
 ) -> str:
-    """Return why the free runs of a patched robot file are no improvement.
-
-    Takes gaps in standard deviations of the outputs.
-    """
+    """Return why the free runs of a patched robot file, before and after, are no improvement."""
     old, new = gaps
     if not new < old:
         return f"its gap in MuJoCo is {new:.3g} standard deviations, and {old:.3g} with the file as given"

@@ -41,10 +41,7 @@ def impossible_parameters(system: System) -> str:
 
 
 def of_parameters(efforts: Efforts, values: Mapping[str, float]) -> dict[Key, float]:
-    """Return all numbers of a robot, with the values of the parameters that stand for some of them.
-
-    Takes values in SI.
-    """
+    """Return all numbers of a robot, with the values (SI) of the parameters that stand for some of them."""
     wanted = numbers(efforts.robot)
     for p in properties(efforts.robot, efforts.tree):
         wanted[p.element, p.quantity] = values.get(p.name, p.value)

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.remark import quantity
@@ -15,7 +15,6 @@ from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 #: Error of an output over whole runs by its name, in its unit; None where a run diverges.
 Errors = Mapping[str, float | None]
 
@@ -27,19 +26,11 @@ NAMED = 4
 
 @dataclass(frozen=True)
 class WholeRuns:
-    """Free runs of a system from the start to the end of experiments, beside the measured outputs.
-
-    Hidden states start as `simulate` starts them.
-
-    Attributes:
-        system: simulated system.
-        recording: experiments, one window each.
-        off: errors, shape (experiments, most steps, outputs), in standard deviations of the outputs; not
-            finite where the simulation diverged.
-    """
+    """Free runs from the start to the end of experiments; hidden states start as `simulate` starts them."""
 
     system: System
-    recording: Recording
+    recording: Recording  # experiments, one window each
+    #: Errors (experiments, most steps, outputs) in standard deviations of the outputs; not finite: diverged.
     off: Array
 
     @classmethod

@@ -7,20 +7,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.comparison import Comparison
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-
 
 #: Share of the difference of two candidates that the compared experiments hold at least.
 NEARLY_ALL = 0.95
@@ -30,14 +25,9 @@ ONE_NUMBER = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Hypotheses that were fitted to the same recording.
+    """Hypotheses that were fitted to the same recording."""
 
-    Attributes:
-        predictions: left-out predictions of fitted hypotheses; the first is the known physics.
-        thresholds: thresholds of the comparison.
-    """
-
-    predictions: tuple[LeftOut, ...]
+    predictions: tuple[LeftOut, ...]  # the first is the known physics
     thresholds: Thresholds = DEFAULT_THRESHOLDS
     _compared: dict[tuple[int, int], Comparison] = field(default_factory=dict, init=False, repr=False)
 
@@ -197,10 +187,7 @@ class Candidates:
 
     @cached_property
     def sound(self) -> Mask:
-        """Return the mask, shape (candidates,), of those whose effects all pay.
-
-        Such a candidate beats all fitted ones with one of its effects less, see `Hypothesis.units`.
-        """
+        """Return which (candidates,) beat all fitted ones with one of `Hypothesis.units` less."""
         return np.array([self._is_sound(k) for k in range(len(self.fits))])
 
     def _is_sound(self, candidate: int) -> bool:

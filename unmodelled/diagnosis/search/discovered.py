@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.equations import Equations
@@ -31,8 +30,6 @@ from unmodelled.effects.quadratic_drag import QuadraticDrag
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.systems.model import Port, System
-
-Array = NDArray[np.float64]
 
 #: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
 LONGEST, DAMPED_POWER = 3, 2
@@ -58,9 +55,6 @@ class DiscoveredLaw(PortEffect):
     """Sum of a few smooth terms in position and velocity.
 
     It has as many numbers as terms, and was chosen among many formulas: its complexity is one more than that.
-
-    Args:
-        terms: terms of the sum.
     """
 
     family = DISCOVERED

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,11 +23,11 @@ from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.search.proposal import Proposal
-from unmodelled.diagnosis.search.short_fits import BEGUN, ShortFits
+from unmodelled.diagnosis.search.proposal import BEGUN, Proposal, ShortFits
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
+T = TypeVar("T")
 Key = frozenset[tuple[str, str, Place]]
 
 #: Simulated samples of a linear system, of a fit, and of a short fit, about: a budget of time. Of a machine
@@ -52,34 +53,22 @@ NEAR = np.delete(np.geomspace(0.85, 1.0 / 0.85, 9), 4).tolist()
 
 @dataclass
 class EffectSearch:
-    """A search for effects, with all fits so far.
-
-    Attributes:
-        study: inputs of the diagnosis.
-        workers: number of threads, default 1.
-        progress: function that is called with a line of text at each step.
-        found: left-out predictions of fitted hypotheses by key, the known physics first.
-        around: differences between experiments, by the key of the hypothesis around which a system was
-            solved.
-        complete: keys of the hypotheses that were fitted without each of their effects.
-        converged: keys of the hypotheses that were fitted until their loss fell no more.
-        classes: sets that predict the same in a linear system, by class.
-        chance: probability that a law of the first system removes as much error if nothing is missing.
-        refused: family, variant and place of effects that are neither named nor added any more.
-        written: whether formulas were fitted already.
-    """
+    """A search for effects, with all fits so far."""
 
     study: Study
-    workers: int = 1
-    progress: Callable[[str], None] = lambda _: None
-    found: dict[Key, LeftOut] = field(default_factory=dict)
+    workers: int = 1  # threads
+    progress: Callable[[str], None] = lambda _: None  # called with a line of text at each step
+    found: dict[Key, LeftOut] = field(default_factory=dict)  # left-out predictions, the known physics first
+    #: Differences between experiments, by the hypothesis around which a system was solved.
     around: dict[Key, list[Atom]] = field(default_factory=dict)
-    complete: set[Key] = field(default_factory=set)
-    converged: set[Key] = field(default_factory=set)
-    classes: list[list[Proposal]] = field(default_factory=list)
+    complete: set[Key] = field(default_factory=set)  # fitted without each of their effects
+    converged: set[Key] = field(default_factory=set)  # fitted until their loss fell no more
+    classes: list[list[Proposal]] = field(default_factory=list)  # predict the same in a linear system
+    #: Probability that a law of the first system removes as much error if nothing is missing.
     chance: float = 1.0
+    #: Family, variant and place of effects that are neither named nor added any more.
     refused: set[tuple[str, str, Place]] = field(default_factory=set)
-    written: bool = False
+    written: bool = False  # whether formulas were fitted already
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -174,10 +163,10 @@ class EffectSearch:
         if not self.around:
             self.chance = chooser.chance
         self.around[parent.hypothesis.key] = chooser.differences() if len(self.fitted.runs) > 1 else []
-        first, groups = int(bool(parent.hypothesis.effects)), [g for g in chooser.classes() if g.head.atoms]
-        alike = ([group.head, *group.twins[:KEPT_TWINS]] for group in groups)
+        first, groups = int(bool(parent.hypothesis.effects)), [g for g in chooser.classes() if g[0].atoms]
+        alike = (group[: 1 + KEPT_TWINS] for group in groups)
         self.classes += [[Proposal.of(parent, chooser, one) for one in group] for group in alike]
-        heads = [group.head for group in groups]
+        heads = [group[0] for group in groups]
         best = chooser.singles[: SINGLES[first]]
         # variants differ by little in the linear system, and beside another effect the plainest may be enough
         few = [v for k, one in enumerate(best) for v in chooser.variants(one)[: None if k < VARIED else 1]]
@@ -233,13 +222,12 @@ class EffectSearch:
         self.progress(f"fit {len(new)} sets of effects over few windows, and the best to all")
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short.of, new))
-            scouted = Candidates((self._short.again(self.base), *scouts), self.study.thresholds)
-            order = sorted(range(1, 1 + len(new)), key=lambda k: float(scouted.costs[k]))
-            kept = [k for n, k in enumerate(order) if not any(scouted.beats(j, k) for j in order[:n])]
-            single = [k for k in order if new[k - 1].is_single]
-            best = [scouts[k - 1].fitted for k in dict.fromkeys([*kept[:most], *single[:alone]])]
-            for fitted in pool.map(self._fit, best):
-                self._keep(fitted)
+        scouted = Candidates((self._short.again(self.base), *scouts), self.study.thresholds)
+        order = sorted(range(1, 1 + len(new)), key=lambda k: float(scouted.costs[k]))
+        kept = [k for n, k in enumerate(order) if not any(scouted.beats(j, k) for j in order[:n])]
+        single = [k for k in order if new[k - 1].is_single]
+        best = dict.fromkeys([*kept[:most], *single[:alone]])
+        self._keep_each(self._fit, [scouts[k - 1].fitted for k in best])
 
     def _chooser(self, parent: FittedHypothesis) -> Chooser:
         path = Path.of(parent, self.study.recording, self._count(LINEAR))
@@ -268,12 +256,14 @@ class EffectSearch:
         while (named := self._named()).hypothesis.key not in self.converged:
             self.converged.add(named.hypothesis.key)
             every = [named, *(self.without(named, effect) for effect in named.hypothesis.removable)]
-            with threads_of(self.workers) as pool:
-                for f in pool.map(
-                    lambda one: self._fitted(one.hypothesis, [one.fit.every], CONVERGED_SHARE), every
-                ):
-                    self._keep(f)
+            self._keep_each(lambda f: self._fitted(f.hypothesis, [f.fit.every], CONVERGED_SHARE), every)
             self._remove()
+
+    def _keep_each(self, fit: Callable[[T], FittedHypothesis], each: Iterable[T]) -> None:
+        """Fit side by side, and keep what is better than before."""
+        with threads_of(self.workers) as pool:
+            for fitted in pool.map(fit, each):
+                self._keep(fitted)
 
     def _keep(self, fitted: FittedHypothesis) -> None:
         key, known = fitted.hypothesis.key, self.found.get(fitted.hypothesis.key)
@@ -297,16 +287,11 @@ class EffectSearch:
         removable = {e.key for e in fitted.hypothesis.removable}
         units = [u for u in fitted.hypothesis.units if removable.issuperset(e.key for e in u)]
         new = [unit[0] for unit in units if fitted.hypothesis.key - {unit[0].key} not in self.found]
-        with threads_of(self.workers) as pool:
-            for fewer in pool.map(lambda gone: self._fit_without(fitted, gone), new):
-                self._keep(fewer)
+        self._keep_each(lambda gone: self._fit_without(fitted, gone), new)
         for unit in units:
-            self._without_all(fitted, unit)
-
-    def _without_all(self, fitted: FittedHypothesis, gone: Iterable[Added]) -> None:
-        """Fit a hypothesis without some of its effects, one after the other."""
-        for key in [e.key for e in gone]:
-            fitted = self.without(fitted, next(e for e in fitted.hypothesis.effects if e.key == key))
+            fewer = fitted
+            for key in [e.key for e in unit]:  # the effect as the smaller hypothesis has it
+                fewer = self.without(fewer, next(e for e in fewer.hypothesis.effects if e.key == key))
 
     def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
         """Return the fit of a hypothesis without one of its effects."""
@@ -329,10 +314,7 @@ class EffectSearch:
             return False
         self.written = True
         self.progress("write down a law")
-        with threads_of(self.workers) as pool:
-            found = discovered(self.base, self.few)
-            for fitted in pool.map(lambda one: self._fitted(one[0], [one[1]]), found):
-                self._keep(fitted)
+        self._keep_each(lambda one: self._fitted(one[0], [one[1]]), discovered(self.base, self.few))
         named = self._named().hypothesis
         return named.key != before and all(e.family != DISCOVERED for e in named.effects)
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from threadpoolctl import threadpool_limits
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
 
 #: Name of the problem that an output is computed from another one.
 COPY = "copy"
@@ -36,21 +34,13 @@ ZERO_SUM, SMALL_TAP = 0.01, 0.05
 
 @dataclass(frozen=True)
 class Copy:
-    """An output that is computed from another one.
+    """An output that is computed from another one."""
 
-    Attributes:
-        target: number of the computed output.
-        source: number of the output that it is computed from.
-        slope: whether it is the derivative of the source.
-        delay: delay of the computed output, s.
-        span: number of samples that the filter reads.
-    """
-
-    target: int
-    source: int
-    slope: bool
-    delay: float
-    span: int
+    target: int  # number of the computed output
+    source: int  # number of the output that it is computed from
+    slope: bool  # whether it is the derivative of the source
+    delay: float  # s
+    span: int  # samples that the filter reads
 
 
 def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Copy, ...]:

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
@@ -24,6 +24,7 @@ from unmodelled.diagnosis.data.log_questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.replaced_inputs import slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -37,9 +38,6 @@ from unmodelled.logs.inspection.related import is_related, surrogates
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Horizons that are tried one after the other, in units of the given one: within a short horizon a true model
 #: may be hardly better than no model.
@@ -62,8 +60,6 @@ def without_copies(
 
     Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor: what
     it shows beyond the output that it is computed from is its filter.
-
-    Takes horizon in s.
     """
     found = copies(different(logs), thresholds)
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
@@ -82,18 +78,7 @@ def without_copies(
 def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
-    """Find faults of the logs, and the fault that explains most of the gap if there is one.
-
-    Examples:
-        >>> from dataclasses import replace
-        >>> import unmodelled as um
-        >>> system, logs = um.example("pendulum")
-        >>> log_faults(system, logs, horizon=0.2)
-        ()
-        >>> reversed_torque = replace(logs, u=-logs.u)
-        >>> [(fault.channels, fault.problem) for fault in log_faults(system, reversed_torque, horizon=0.2)]
-        [(('torque',), 'sign')]
-    """
+    """Find faults of the logs, and the fault that explains most of the gap if there is one."""
     found = different(logs)
     answer = _answer(system, found, horizon, thresholds)
     said = [
@@ -263,16 +248,12 @@ def _sentence(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> str:
     """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
-    of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"
-    found = f"{_listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
+    of = "" if best.everywhere else f" of {listed([logs.ids[i] for i in runs])}"
+    found = f"{listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
     old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
     falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations within a run"
     said = f"{found}: {problem.done}, {falls}."
     if alike:
-        others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
+        others = (f"{listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
     return f"{said} {problem.cure}, then diagnose again."
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

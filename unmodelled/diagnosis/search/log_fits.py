@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
-
-Array = NDArray[np.float64]
 
 #: Name of the problem.
 CLOCK_PROBLEM = "clock"
@@ -38,10 +36,7 @@ def of_every(trials: Trials, steps: int) -> Question:
 
 
 def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit an offset and the clock of one experiment that stands out.
-
-    Takes before (experiments,).
-    """
+    """Fit an offset and the clock of one experiment with an outstanding error `before` (experiments,)."""
     worst = int(np.argmax(before))
     others = np.arange(len(before)) != worst
     limits = trials.thresholds
@@ -55,10 +50,7 @@ def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Yield a question whether runs have the inputs of other runs, where these leave far smaller errors.
-
-    Takes before (experiments,).
-    """
+    """Yield whether runs have inputs of others, where these leave far less than `before` (experiments,)."""
     logs, limits = trials.logs, trials.thresholds
     if not logs.inputs or not 1 < len(logs) <= MOST_RUNS:
         return
@@ -85,7 +77,7 @@ def _factor(trials: Trials, steps: int) -> float:
     return float(np.exp(_lowest(square, FACTORS)[0]))
 
 
-def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question:
+def _of_time(trials: Trials, factor: float, runs: Mask) -> Question:
     fast = 1.0 / factor
     way = "fast" if fast > 1.0 else "slow"
     times = f"{100.0 * abs(fast - 1.0):.2g} %"

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import Question
 from unmodelled.diagnosis.data.replaced_inputs import later_inputs
@@ -22,9 +22,6 @@ from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 #: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock is
 #: more likely.
 WRONG = 0.5, 2.0
@@ -38,21 +35,13 @@ LIMITS = np.geomspace(0.01, 0.5, 9)
 
 @dataclass(frozen=True, eq=False)
 class Suspect:
-    """A correction of some experiments that may explain the gap.
+    """A correction of some experiments that may explain the gap."""
 
-    Attributes:
-        question: question whose correction changes only the experiments in `runs`.
-        runs: mask of the corrected experiments, shape (experiments,).
-        steps: number of samples of a window.
-        before: mean square errors of the logs as read, shape (experiments,).
-        after: mean square errors of the corrected logs, shape (experiments,).
-    """
-
-    question: Question
-    runs: Mask
-    steps: int
-    before: Array
-    after: Array
+    question: Question  # its correction changes only the experiments in `runs`
+    runs: Mask  # corrected ones, (experiments,)
+    steps: int  # samples of a window
+    before: Array  # mean square errors of the logs as read, (experiments,)
+    after: Array  # mean square errors of the corrected logs, (experiments,)
 
     @property
     def explains(self) -> float:
@@ -136,10 +125,7 @@ def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
 
 
 def _with_inertia(system: System) -> System:
-    """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
-
-    A wrong clock has the same effect, except on damping.
-    """
+    """Return the system with all accelerations times a factor: a wrong clock, except on damping."""
     name = "factor_of_all_accelerations"
     free = Parameter(name, "1", 1.0, identify=True, bounds=WRONG)
     dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)

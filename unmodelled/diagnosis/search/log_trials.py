@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.persistence import persistence_errors
@@ -18,8 +18,6 @@ from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Simulated samples per question, about (a budget of time), and smallest number of windows per experiment.
 QUESTION_SAMPLES, FEWEST_WINDOWS = 6000, 4
@@ -33,15 +31,8 @@ class Trials:
     """Free runs of one system under many corrections of its logs.
 
     Errors are in standard deviations within a run: those of each experiment, or the median of all where that
-    is larger. So the scale of most experiments does not depend on one that is logged wrongly.
-
-    Args:
-        system: the known physics.
-        logs: logs as read.
-        horizon: length of the free-run windows, s.
-        sensors: sensors of the logs, where they are known already.
-        thresholds: thresholds of the decisions.
-        numbers: parameter sets, shape (experiments or 1, 1, numbers), default those of the system.
+    is larger. So the scale of most experiments does not depend on one that is logged wrongly. Parameter sets
+    `numbers` (experiments or 1, 1, numbers) are those of the system unless they are given.
     """
 
     def __init__(
@@ -74,10 +65,7 @@ class Trials:
         return steps_of(self.horizon, correction.logs(self.system, self.logs))
 
     def square(self, correction: Correction, steps: int, every: bool = False) -> Array:
-        """Return the mean square error of the system as given, over windows and outputs.
-
-        Gives (experiments,).
-        """
+        """Return the mean square error (experiments,) of the system as given, over windows and outputs."""
         simulation = self._simulation(correction, steps, every)
         numbers = simulation.values[None, None] if self.numbers is None else self.numbers
         return self._error(simulation, correction, numbers)
@@ -97,11 +85,9 @@ class Trials:
         )
 
     def persistence(self, steps: int, every: bool = False) -> Array:
-        """Return the mean square error of persistence: outputs keep their values, or their speeds.
+        """Return the mean square error (experiments,) of persistence: constant values, or speeds.
 
         A correction that removes inputs and forces has this error on every machine.
-
-        Gives (experiments,).
         """
         recording = self._recording(self.none, steps, every)
         still, on = (
@@ -111,10 +97,7 @@ class Trials:
         return np.minimum(still, on)
 
     def identified(self, correction: Correction, steps: int, every: bool = False) -> Array:
-        """Return the mean square error with the uncertain parameters quickly fitted to all experiments.
-
-        Gives (experiments,).
-        """
+        """Return the mean square error (experiments,) with uncertain parameters quickly fitted to all."""
         simulation = self._simulation(correction, steps, every)
         return self._error(simulation, correction, self._fitted(correction, steps))
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.added import Added
@@ -18,8 +18,6 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.effects.substitution import with_law
 from unmodelled.systems.model import Parameter, Port, System, symbol
-
-Array = NDArray[np.float64]
 
 #: Family of a network.
 NETWORK = "network"

@@ -1,4 +1,4 @@
-"""Sets of laws that a linear system proposes to fit."""
+"""Sets of laws that a linear system proposes to fit, and short fits over few windows, which rank them."""
 
 from __future__ import annotations
 
@@ -7,30 +7,29 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.choose import Chooser, Scored
 from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.effects.place import Place
 
-Array = NDArray[np.float64]
+#: Share of the windows over which many numbers at once are fitted first.
+BEGUN = 0.1
+#: Iterations of that, and of a short fit: a budget.
+BEGINNING, ITERATIONS = 8, 3
 
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A fitted hypothesis and laws that the linear system around it adds.
-
-    Attributes:
-        base: fitted hypothesis.
-        atoms: laws at places, in the order in which they are added.
-        amounts: their amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
-    """
+    """A fitted hypothesis and laws that the linear system around it adds."""
 
     base: FittedHypothesis
-    atoms: tuple[Atom, ...]
-    amounts: tuple[Array, ...]
+    atoms: tuple[Atom, ...]  # in the order in which they are added
+    amounts: tuple[Array, ...]  # amplitudes (amplitudes,) of each atom, in plausible sizes
 
     @classmethod
     def of(cls, base: FittedHypothesis, chooser: Chooser, one: Scored) -> Proposal:
@@ -97,3 +96,36 @@ class Proposal:
                     linear[name] = amount * scale
                     full[name] = (1.0 if amount >= 0.0 else -1.0) * scale
         return (linear, full) if any(one.memory or one.delays for one in added) else (linear,)
+
+
+@dataclass(frozen=True, eq=False)
+class ShortFits:
+    """Short fits of candidates."""
+
+    known: FittedHypothesis
+    recording: Recording  # few windows
+
+    def of(self, proposal: Proposal) -> LeftOut:
+        """Return the left-out predictions of a proposal after a short fit."""
+        substeps, larger, starts = proposal.base.fit.substeps, proposal.hypothesis, proposal.starts
+        if len(proposal.atoms) > 1:
+            # many numbers at once begin with short free runs, as the known physics does
+            shorter = self.recording.shortened(BEGUN)
+            begun = FittedHypothesis.of(larger, shorter, starts, BEGINNING, substeps)
+            starts = (begun.fit.every,)
+        return LeftOut.of(FittedHypothesis.of(larger, self.recording, starts, ITERATIONS, substeps))
+
+    def again(self, fitted: FittedHypothesis) -> LeftOut:
+        """Return the left-out predictions of a hypothesis that is fitted again, like the proposals."""
+        return self._again(fitted) if fitted.hypothesis.effects else self._without
+
+    @cached_property
+    def _without(self) -> LeftOut:
+        """The known physics, fitted like the proposals."""
+        return self._again(self.known)
+
+    def _again(self, fitted: FittedHypothesis) -> LeftOut:
+        start, substeps = fitted.fit.every, fitted.fit.substeps
+        return LeftOut.of(
+            FittedHypothesis.of(fitted.hypothesis, self.recording, [start], ITERATIONS, substeps)
+        )

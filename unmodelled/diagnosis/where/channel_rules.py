@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.where.corrections import Corrections
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Bins of the first coordinate, for either direction, and of the others.
 FINE_BINS, COARSE_BINS = 32, 16
@@ -27,15 +24,10 @@ FIRM, _TINY = 1e15, 1e-300
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """A rule on data that it was not fitted to.
+    """A rule on data that it was not fitted to."""
 
-    Attributes:
-        lowered: fall of the square errors.
-        gradient: remaining gradient, shape (windows, n), see `Corrections`.
-    """
-
-    lowered: float
-    gradient: Array
+    lowered: float  # fall of the square errors
+    gradient: Array  # remaining gradient, (windows, n), see `Corrections`
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,18 +35,12 @@ class Rule:
     """Corrections that are a function of direction and position, plus functions of speed and of the past.
 
     The uncertain parameters are fitted along: the missing effect has biased them.
-
-    Attributes:
-        corrections: corrections to explain.
-        place: number of their place.
-        features: indicators of the bins, shape (windows, heights).
-        pinned: whether the parameters are fixed.
     """
 
     corrections: Corrections
-    place: int
-    features: Array
-    pinned: bool = False
+    place: int  # number of their place
+    features: Array  # indicators of the bins, (windows, heights)
+    pinned: bool = False  # whether the parameters are fixed
 
     @classmethod
     def at(cls, corrections: Corrections, place: int, pinned: bool) -> Rule:
@@ -78,10 +64,7 @@ class Rule:
         return cls(corrections, 0, np.empty((len(corrections.recording.start), 0)))
 
     def checked(self, gradient: Array) -> Checked:
-        """Return the rule on data that it was not fitted to, with its best prior.
-
-        Takes gradient (windows, n).
-        """
+        """Return the rule on data that it was not fitted to, with its best prior; gradient (windows, n)."""
         tried = [self._checked(gradient, prior) for prior in PRIORS]
         return max(tried, key=lambda checked: checked.lowered)
 
@@ -98,7 +81,7 @@ class Rule:
         left = gradient + (self.corrections.curvature @ v[:, :, None])[:, :, 0]
         return Checked(-float(np.sum(v * (gradient + left))), left)
 
-    def _slope(self, gradient: Array, mine: NDArray[np.bool_]) -> Array:
+    def _slope(self, gradient: Array, mine: Mask) -> Array:
         """(unknowns,) by heights and parameters, of some windows."""
         own, parameters = gradient[mine, self.place], gradient[mine, len(self.corrections.places) :]
         return np.concatenate([self.features[mine].T @ own, parameters.sum(0)])
@@ -130,7 +113,7 @@ class Rule:
         return (FIRM if self.pinned else 1.0) / np.where(values == 0.0, 1.0, values) ** 2
 
     @cached_property
-    def _parts(self) -> list[NDArray[np.bool_]]:
+    def _parts(self) -> list[Mask]:
         """(windows,) which belong to a part."""
         return [self.corrections.group % FOLDS == k for k in range(FOLDS)]
 

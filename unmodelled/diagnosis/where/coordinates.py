@@ -8,16 +8,14 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, site
 from unmodelled.effects.scales import Scales
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 TURN = 2.0 * np.pi
 #: A position in rad that goes further than so many turns is counted within one.
@@ -26,39 +24,23 @@ TURNS = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Coordinate:
-    """A quantity in the middle of every window.
+    """A quantity in the middle of every window."""
 
-    Attributes:
-        name: name in the system file; mod(name, 2*pi) for the position within a turn, d(name)/dt for a rate
-            without a name.
-        unit: text of the unit.
-        values: means over the windows, shape (windows,), SI.
-    """
-
-    name: str
+    name: str  # mod(name, 2*pi) for the position within a turn, d(name)/dt for a rate without a name
     unit: str
-    values: Array
+    values: Array  # means over the windows, (windows,), SI
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """The coordinates of the windows of a recording, from the measured states of a model.
-
-    Attributes:
-        model: model with its states.
-        recording: windows over which the coordinates are averaged.
-    """
+    """The coordinates of the windows of a recording, from the measured states of a model."""
 
     model: JudgedModel
     recording: Recording
     _found: dict[Place, tuple[Coordinate, ...]] = field(default_factory=dict, repr=False)
 
     def of(self, place: Place) -> tuple[Coordinate, ...]:
-        """Return the coordinates that an effect at a place may depend on.
-
-        These are position, velocity and acceleration of a port, as far as it has them, or an input or output
-        and its rate.
-        """
+        """Return position, velocity and acceleration of a port, or an input or output and its rate."""
         if place not in self._found:
             self._found[place] = self._of_port(place) if place.kind == "port" else self._of_signal(place)
         return self._found[place]
@@ -70,10 +52,7 @@ class Coordinates:
         return self._level(place.name, unit), self._rate(place.name, f"({unit})/s")
 
     def samples(self, place: Place) -> dict[str, Array]:
-        """Return the coordinates at every sample, without those that are differences of samples.
-
-        Gives (samples,).
-        """
+        """Return coordinates (samples,) at every sample, without those that are differences of samples."""
         if place.kind != "port":
             return {place.name: self._signals[place.name]}
         found = {name: self._signals[name] for name in self.model.system.port(place.name).coordinates}
@@ -93,10 +72,7 @@ class Coordinates:
         return tuple(found)
 
     def lags(self, place: Place, times: tuple[float, ...]) -> list[Array]:
-        """Return how far the first coordinate of a place is ahead of its exponential means.
-
-        Takes times in s; gives (windows,).
-        """
+        """Return how far the first coordinate (windows,) of a place is ahead of means over times, s."""
         from scipy.signal import lfilter  # half a second to load
 
         name = place.name
@@ -115,10 +91,7 @@ class Coordinates:
         return found
 
     def mean(self, signal: Array) -> Array:
-        """Return the means of a signal over the windows.
-
-        Takes signal (samples,); gives (windows,).
-        """
+        """Return the means (windows,) of a signal (samples,) over the windows."""
         sums = np.concatenate([[0.0], np.cumsum(signal)])
         first, steps = self.recording.start, self.recording.steps
         return np.asarray((sums[first + steps + 1] - sums[first]) / (steps + 1))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of
@@ -17,8 +17,6 @@ from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Columns of the coordinates of a channel, in their order.
 PORT, OTHER = ("level", "rate", "acceleration"), ("level", "rate")
@@ -59,10 +57,7 @@ def main_coordinate(table: pd.DataFrame, name: str) -> str:
 
 
 def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
-    """Return the laws that were found, along the main coordinates of channels.
-
-    Gives a value in SI.
-    """
+    """Return the laws that were found, along the main coordinates of channels."""
     parts = [pd.DataFrame(columns=["channel", "x", "low", "law", "high"])]
     coordinates = where.lacking.coordinates
     for place in where.lacking.places:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -33,9 +33,6 @@ from unmodelled.effects.sensor_offset import SensorOffset
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 #: The shortest windows, in s and in samples.
 SHORTEST_WINDOW, FEWEST_SAMPLES = 0.01, 8
 #: Independent stretches, in all, into which few experiments are divided.
@@ -52,24 +49,15 @@ CONSTANTS: Mapping[Kind, Effect] = {
 
 @dataclass(frozen=True, eq=False)
 class Corrections:
-    """Corrections at the places of a model over the windows of a recording.
-
-    Attributes:
-        model: model that is corrected.
-        recording: windows, in each of which a correction is constant.
-        places: all ports, inputs and outputs.
-        curvature: second derivatives, shape (windows, n, n), of half the square errors of a window, in
-            standard deviations of the noise, by the corrections at the places and then by the uncertain
-            parameters, SI; the initial states are eliminated.
-        gradient: first derivatives, shape (windows, n), of half the square errors of a window.
-        thresholds: thresholds of the decisions.
-    """
+    """Corrections at the places of a model over the windows of a recording."""
 
     model: JudgedModel
-    recording: Recording
-    places: tuple[Place, ...]
-    curvature: Array
-    gradient: Array
+    recording: Recording  # in each window a correction is constant
+    places: tuple[Place, ...]  # all ports, inputs and outputs
+    #: Derivatives of half the square errors of a window, in noise variances, by the corrections at the places
+    #: and then by the uncertain parameters, SI; the initial states are eliminated.
+    curvature: Array  # second ones, (windows, n, n)
+    gradient: Array  # first ones, (windows, n)
     thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @classmethod
@@ -80,10 +68,7 @@ class Corrections:
         sensors: Sensors,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
     ) -> Corrections:
-        """Compute the corrections in windows as short as the noise permits.
-
-        Takes horizon in s.
-        """
+        """Compute the corrections in windows as short as the noise permits."""
         logs, places = model.logs, channels(model.system)
         system, unknowns = _with_constants(model.system, logs, places)
         samples = max(FEWEST_SAMPLES, round(SHORTEST_WINDOW / logs.period))
@@ -118,7 +103,7 @@ class Corrections:
         return np.diagonal(self.curvature, axis1=1, axis2=2)[:, : len(self.places)]
 
     @cached_property
-    def seen(self) -> NDArray[np.bool_]:
+    def seen(self) -> Mask:
         """Return the mask of determined corrections, shape (windows, places)."""
         error = np.where(np.isfinite(self.error), self.error, np.inf)
         return np.asarray(

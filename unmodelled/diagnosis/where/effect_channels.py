@@ -6,15 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import symbol
-
-Array = NDArray[np.float64]
 
 #: Samples, at most, that the effect of a parameter is compared on.
 ENOUGH_SAMPLES = 4000

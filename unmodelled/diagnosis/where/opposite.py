@@ -59,14 +59,6 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
 
     The effort of the new port takes from one body or balance what it gives to the other. Its position and
     velocity are the differences of those of the two ports.
-
-    Examples:
-        >>> from pathlib import Path
-        >>> from unmodelled.systems.reader import read_system
-        >>> arm = read_system(Path("systems/double_pendulum/friction_withheld.yaml"))
-        >>> grown, names = with_ports_between(arm, comparable_ports(arm))
-        >>> names, grown.signals[grown.port("shoulder_elbow").velocity]
-        (('shoulder_elbow',), v1 - v2)
     """
     names = []
     for one, other in pairs:

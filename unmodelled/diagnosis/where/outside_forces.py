@@ -6,18 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from unmodelled.base.wording import level_name
+from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Name of the fault in diagnosis.json.
 OUTSIDE_FORCE = "outside_force"
@@ -138,9 +135,9 @@ def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -
         ]
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
-        each.append(f"{logs.ids[run]} needs {listed(tuple(told))}")
+        each.append(f"{logs.ids[run]} needs {listed(told)}")
     of = [level_name(name, level) for name, level, rows in levels(logs.experiments) if rows.tolist() == runs]
-    these = f"These are the experiments in which {listed(tuple(of))}: " if of else ""
+    these = f"These are the experiments in which {listed(of)}: " if of else ""
     it = "what they share may need it. Otherwise it" if of else "It"
     return (
         f"{'; '.join(each)}: other experiments have such motions and inputs, but none needs so much. "

@@ -6,15 +6,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.where.coordinates import Coordinate
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.effects.place import Place
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Bins of a coordinate, at most, and windows in each of them, at least.
 MOST_BINS, FEWEST_PER_BIN = 24, 30

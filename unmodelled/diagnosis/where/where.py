@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -23,40 +23,23 @@ Rows = tuple[dict[str, Any], ...]
 
 #: Random permutations of the experiments from which the probability of a level's share is estimated.
 PERMUTATIONS = 4000
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """The place of the gap, as diagnosis.json reports it (shared/contracts/diagnosis.md).
+    """The place of the gap, as in diagnosis.json (shared/contracts/diagnosis.md), largest shares first."""
 
-    Rows come with the largest share first.
-
-    Attributes:
-        channels: rows of port (see `effect_channels.channel_of`) and share of the squared gap above the
-            floor.
-        regions: rows of signal, low, high (SI) and share of the squared correction at the largest channel.
-        factors: rows of factor, level and share of the re-identified model's squared gap above the floor.
-        experiments: rows of id, known and augmented, the gaps of every experiment.
-        lacking: corrections of the physics without effects, with the parameters of the augmented model.
-        left: corrections of the augmented model.
-        every: gaps of the experiments, of all models.
-    """
-
-    channels: Rows
-    regions: Rows
-    factors: Rows
-    experiments: Rows
-    lacking: Corrections
-    left: Corrections
+    channels: Rows  # port (see `effect_channels.channel_of`), share of the squared gap above the floor
+    regions: Rows  # signal, low, high (SI), share of the squared correction at the largest channel
+    factors: Rows  # factor, level, share of the re-identified model's squared gap above the floor
+    experiments: Rows  # id, known, augmented: gaps of every experiment
+    lacking: Corrections  # of the physics without effects, with the parameters of the augmented model
+    left: Corrections  # of the augmented model
     every: ExperimentGaps
 
 
 def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> Where:
-    """Locate the gap of a diagnosis.
-
-    Without a gap, or where the logs must be checked, there are no channels, regions or factors.
-    """
+    """Locate the gap; no channels, regions or factors where there is none or the logs must be checked."""
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
     lacking = Corrections.of(physics, diagnosis.horizon, sensors, thresholds)
@@ -113,19 +96,12 @@ def _physics(diagnosis: Diagnosis) -> JudgedModel:
 
 @dataclass(frozen=True, eq=False)
 class ExperimentGaps:
-    """Gaps of every experiment, in standard deviations of the outputs over all experiments.
+    """Gaps of every experiment, in standard deviations of the outputs over all experiments."""
 
-    Attributes:
-        known: gaps of the system as given, shape (experiments,).
-        reidentified: gaps of the re-identified physics, shape (experiments,).
-        augmented: gaps of the augmented model, shape (experiments,).
-        floor: noise floors of the augmented model, shape (experiments,).
-    """
-
-    known: Array
-    reidentified: Array
-    augmented: Array
-    floor: Array
+    known: Array  # (experiments,)
+    reidentified: Array  # (experiments,)
+    augmented: Array  # (experiments,)
+    floor: Array  # of the augmented model, (experiments,)
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, sensors: Sensors) -> ExperimentGaps:
@@ -145,12 +121,10 @@ def factors(
     seed: int,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> tuple[dict[str, Any], ...]:
-    """Return levels whose share of the squared gap is clearly larger than their share of the samples.
+    """Return levels whose share of `excess` (experiments,) is clearly larger than that of `samples`.
 
     The probability of such a share by chance comes from random permutations of the experiments. A column is
     left out where all experiments have one level, or each its own.
-
-    Takes excess (experiments,), samples (experiments,).
     """
     amount = np.maximum(excess, 0.0) * samples
     whole = float(amount.sum())
