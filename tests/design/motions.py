@@ -1,7 +1,5 @@
 """Motions in closed form, and systems with logs of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What networks in ports absorb, and what the efforts there are, on a pendulum where the answer is known."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which parameters can be identified together, on systems where the answer is known."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

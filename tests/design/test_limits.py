@@ -1,7 +1,5 @@
 """Limits are in the units of the columns: what is written for a machine keeps them, in every unit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The next experiment: two laws that are alike on the logs are told apart, within the limits."""
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Iterator

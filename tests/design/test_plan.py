@@ -1,7 +1,5 @@
 """Planned experiments: sizes that show follow from the noise, and what looks alike depends on the motion."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A search proposes the best of all experiments that it has seen, those that it is compared with included."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast

@@ -1,7 +1,5 @@
 """A pendulum whose faults are known, for the tests of the diagnosis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Virtual benches that several tests of the diagnosis look at, and what is true of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Diagnoses that nobody computed: a pendulum's logs and effects whose numbers are simply said."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path

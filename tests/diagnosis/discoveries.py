@@ -7,8 +7,6 @@ number. A formula predicts as well as the truth if its gap on held-out experimen
 noise floor.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 from collections.abc import Callable

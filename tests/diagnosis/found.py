@@ -1,7 +1,5 @@
 """Diagnoses of a pendulum, their models fitted without the search: what they should say is known."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Small machines in which any effect of the library can be planted, and their logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies of pendulums whose faults are known, and fits of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 

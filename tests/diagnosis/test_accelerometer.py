@@ -1,7 +1,5 @@
 """An output that depends on what the model leaves out: an accelerometer, and the torque in a foot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The augmented system as a file: it simulates the user's own folder with the gap that was reported."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

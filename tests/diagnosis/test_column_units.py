@@ -1,7 +1,5 @@
 """Tables of figures and of the page are in the units of the logs; their numbers stay the same quantities."""
 
-from __future__ import annotations
-
 from math import pi
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The linear system around a path: its columns, its left-out errors, and the order of what was planted."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path as File

@@ -1,7 +1,5 @@
 """Held-out experiments confirm what the others named, or the next best is judged by them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import replace

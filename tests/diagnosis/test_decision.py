@@ -1,7 +1,5 @@
 """Which of some fitted candidates is named, and what is said to be indistinguishable from it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What was planted in a pendulum is recovered, and nothing where nothing was."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Planted laws that the library lacks are written down; planted laws of the library are named as such."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A search that fits what linear systems rank finds what was planted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fits recover what was planted, with right derivatives, starts, bounds and step sizes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

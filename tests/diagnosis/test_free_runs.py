@@ -1,7 +1,5 @@
 """The gap is that of the contract, with free runs of the compiled engine; true models lie at the floor."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

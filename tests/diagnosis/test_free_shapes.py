@@ -1,7 +1,5 @@
 """Laws with a free shape: a loop of another shape than the starting values is named, with its numbers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

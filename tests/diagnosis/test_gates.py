@@ -1,7 +1,5 @@
 """What leaves an answer: read back, with possible numbers, and no worse over whole runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a model with effects consists of, and what of it is fitted."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

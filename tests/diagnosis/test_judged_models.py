@@ -1,7 +1,5 @@
 """Fitted hypotheses as models of their own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Predictions of left-out experiments are those of fits without these experiments."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Logs that are read wrongly: the answer is what is wrong with them, and right logs raise no alarm."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A network in every port explains what physics leaves out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Notes of an answer: the other end of a lag that is the same in a linear machine, and a shorter horizon."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

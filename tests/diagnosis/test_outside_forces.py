@@ -1,7 +1,5 @@
 """A push that the log does not hold is told with its time and size; what belongs to the machine is none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A number of the file that is wrong is named, and the files that leave have the right one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

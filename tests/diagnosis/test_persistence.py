@@ -1,7 +1,5 @@
 """Persistence and the default horizon, against signals whose answers are known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path

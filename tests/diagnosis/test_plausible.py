@@ -1,7 +1,5 @@
 """A diagnosis says which of its numbers make no sense, and which the logs do not determine."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

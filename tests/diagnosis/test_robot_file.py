@@ -1,7 +1,5 @@
 """Robots: dry friction that is named, and the robot file of an answer, patched, run in MuJoCo and shown."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A law that is missing at all ports of one kind is found there at once, with numbers of its own at each."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

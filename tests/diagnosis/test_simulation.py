@@ -1,7 +1,5 @@
 """Free runs by the register machine next to those of the compiled engine."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

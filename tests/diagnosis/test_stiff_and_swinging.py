@@ -1,7 +1,5 @@
 """Planted effects in small machines whose known physics is stiff, swings, or hides which law bends it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What experiments have in common, which are held out, and that what is learned does not know these."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """diagnosis.json keeps to its contract, and the printed lines say the same."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Robot files of an answer: what they say moves in MuJoCo as the augmented system does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path

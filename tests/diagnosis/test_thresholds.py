@@ -1,7 +1,5 @@
 """Every threshold says what it means, a study can vary it, and a user can set some of them as options."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from dataclasses import asdict, fields, replace

@@ -1,7 +1,5 @@
 """Numbers of effects are said in the words of the trade and in the units of the logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from math import pi
 from pathlib import Path

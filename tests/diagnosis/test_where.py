@@ -1,7 +1,5 @@
 """Where the gap lies: what was planted at a place is found there."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Machines without moving positions: balances of heat, fluid, charge and momentum, and parts of records."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The verb init: what it recognises in logs of known machines, and that simulate accepts what it writes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from itertools import pairwise

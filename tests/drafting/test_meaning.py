@@ -1,7 +1,5 @@
 """What names, units and values say: quantities, counts, chains, closed loops, numbers of runs, clocks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

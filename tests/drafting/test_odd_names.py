@@ -1,7 +1,5 @@
 """Whatever names and units logs have, init prints them safely, and its files are read by the next command."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Faults of logs, planted in one channel of every run, and faultless logs that look like them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Small machines whose logs take every fault that a look can find."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Damaged logs are the answer before any search; faultless twins of machines with dry friction are not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

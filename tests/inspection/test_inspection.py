@@ -1,7 +1,5 @@
 """Looks at logs without a model: planted faults are found and cured, faultless logs stay as they are."""
 
-from __future__ import annotations
-
 import re
 import time
 

@@ -1,7 +1,5 @@
 """The bounce simulation against closed forms, its fit, its use as a model, and a network on top of it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace

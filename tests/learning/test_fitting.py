@@ -2,8 +2,6 @@
 that go on, failures that stay alone, and what is refused.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

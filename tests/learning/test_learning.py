@@ -1,7 +1,5 @@
 """Every model of conf/model trains and simulates; plants are recovered; kernels equal their reference."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Sequences are cut, padded and checked; the network is the one of the equations, causal and in SI units."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Models of chapter 2: static ones, NARX and recurrent networks, Gaussian processes, least squares."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

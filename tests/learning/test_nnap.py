@@ -1,7 +1,5 @@
 """Networks in systems: which go where, and compiled free runs with gradients equal to the torch reference."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

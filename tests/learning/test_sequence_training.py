@@ -1,7 +1,5 @@
 """Kernel, training and fits of recurrent networks: as by torch, converged or not, read back and gone on."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Multiple shooting: exact gradients, a plant recovered through noise, the same result when killed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import islice

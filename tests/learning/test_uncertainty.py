@@ -1,7 +1,5 @@
 """Identification of a distribution: plant and recover, from a callable and from a system with its logs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files of every format that is read, made by the format's own writer; and their bytes where it has none."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Systems and log folders that the tests of measurements share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Constants that the system file gives, and inputs that are logged early or late; from folders and stores."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """States that no output shows go on where a record is cut, as they do in the machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Logs as HDF5: the same arrays as from CSV and Parquet, and the same refusals."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Log folders become arrays on one uniform clock."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Mappings: the same arrays as from a tidy log folder, untidy rows and clocks, and what is refused."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

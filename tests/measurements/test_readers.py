@@ -1,7 +1,5 @@
 """Contract of all readers: the same numbers from every format, and one line about what is damaged."""
 
-from __future__ import annotations
-
 import json
 import sys
 from importlib.metadata import EntryPoint

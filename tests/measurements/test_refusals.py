@@ -1,7 +1,5 @@
 """Bad log folders and tables of other programs: one clear line with file, row and column, and what to do."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import zipfile

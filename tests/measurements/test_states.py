@@ -1,7 +1,5 @@
 """States along experiments: read, also behind a filter, differentiated, integrated."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

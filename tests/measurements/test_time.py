@@ -1,7 +1,5 @@
 """Time as recorders write it: any unit, dates, stamps since 1970 and stamps that are nearly equal."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
