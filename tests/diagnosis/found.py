@@ -60,16 +60,6 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: result.Verdict = "effe
     )
 
 
-def as_given(system: System, logs: Logs) -> Diagnosis:
-    """What there is to say of a system that nothing was fitted of."""
-    held = (0,)
-    model = judged("known", system, logs, held)
-    return Diagnosis(
-        *(system, logs, HORIZON, 0, "unknown", 0.5, 1.0, (), None, model, model, model, model, (model,)),
-        *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
-    )
-
-
 def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[JudgedModel, Fit]:
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit_parameters(Simulation(system, Recording.of(logs, HORIZON, runs)))

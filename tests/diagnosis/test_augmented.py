@@ -8,8 +8,6 @@ import pytest
 
 from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE
-from unmodelled.base.files import read_json
-from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.place import Place
@@ -62,19 +60,6 @@ def test_simulating_the_file_on_the_users_folder_gives_the_gap_that_was_reported
     found.logs.write(tmp_path / "store")
     stored = read_logs(tmp_path / "store", system)
     assert free_runs(system, stored, HORIZON, HELD_OUT).value == reported
-
-
-def test_the_verb_simulate_takes_it_and_a_part_of_the_folder(tmp_path: Path) -> None:
-    found = diagnosis(tmp_path, *CASES["many"][0])
-    write_augmented(found, tmp_path / "out")
-    table = pd.read_csv(tmp_path / "logs" / "experiments.csv")
-    table.iloc[list(HELD_OUT)].to_csv(tmp_path / "logs" / "experiments.csv", index=False)
-    simulate(tmp_path / "out" / FILE, tmp_path / "logs", HORIZON, tmp_path / "simulation")
-    simulated = read_json(tmp_path / "simulation" / "simulation.json")["outputs"]["theta"]["rmse"]
-    # the speed is differentiated from the angles of fewer experiments, with a width of its own, and the scale
-    # is theirs too: the errors in rad are the same
-    gap = found.augmented.gap
-    assert simulated == pytest.approx(gap.per_output["theta"] * gap.scale["theta"], rel=0.02)
 
 
 def test_what_a_new_experiment_has(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from unmodelled.diagnosis.answer.confirmed import _refused
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.effect_search import EffectSearch
@@ -115,13 +114,6 @@ def test_candidates_are_compared_with_the_named_one(friction: Diagnosis) -> None
     for c in friction.comparison:
         assert c.difference == pytest.approx(c.score - named.score, abs=1e-9)
     assert min(scores) > named.score - 0.1  # what predicts better does so by little
-
-
-def test_the_models_have_the_gap_of_the_contract(friction: Diagnosis) -> None:
-    assert len(friction.held_out) == 2
-    for model in (friction.known, friction.augmented, friction.neural):
-        expected = free_runs(model.system, model.logs, HORIZON, friction.held_out)
-        assert model.gap.value == pytest.approx(expected.value, rel=1e-6)
 
 
 @pytest.mark.long

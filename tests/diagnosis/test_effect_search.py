@@ -1,50 +1,38 @@
 """A search that fits what linear systems rank finds what was planted."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import study
+from tests.diagnosis.studies import JOINT, TORQUE, study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.proposal import Proposal
+from unmodelled.effects.place import Place
 
 #: A column of experiments.csv with a level that holds for both kinds of runs.
 GROUPS = ("new", "old", "new", "old", "new", "old")
-
-
-def named(folder: Path, bench: Bench) -> tuple[EffectSearch, list[tuple[str, str]]]:
-    search = EffectSearch(study(folder, bench))
-    candidates = search.run()
-    effects = candidates.fits[candidates.named()].hypothesis.effects
-    return search, [(e.family, e.place.channel) for e in effects]
+IN_GROUP = Bench(runs=6, samples=300, groups=GROUPS, friction=tuple(0.06 * (g == "old") for g in GROUPS))
+SUPPLY = Bench(runs=6, samples=300, friction=0.0, supply=(0.85, 1.1, 0.95, 1.2, 0.8, 1.05))
 
 
 @pytest.mark.long
-def test_what_was_planted_is_named(tmp_path: Path) -> None:
-    """`test_diagnosed` has friction, friction with a gain, and nothing."""
-    search, found = named(tmp_path, Bench(samples=400, friction=0.0, dead_zone=0.05))
-    assert found == [("actuator_dead_zone", "actuator:torque")]
-    assert search.around and frozenset() in search.around
-
-
-@pytest.mark.long
-def test_an_effect_in_one_group_is_named_there(tmp_path: Path) -> None:
-    bench = Bench(runs=6, samples=300, groups=GROUPS, friction=tuple(0.06 * (g == "old") for g in GROUPS))
-    search, _ = named(tmp_path, bench)
-    candidates = search.candidates
+@pytest.mark.parametrize(
+    ("bench", "family", "place"),
+    [
+        (IN_GROUP, "coulomb_friction", replace(JOINT, factor="group", level="old")),
+        (SUPPLY, "scatter", TORQUE),
+    ],
+    ids=["friction in one group", "a supply that differs between runs"],
+)
+def test_what_was_planted_is_named(bench: Bench, family: str, place: Place, tmp_path: Path) -> None:
+    candidates = EffectSearch(study(tmp_path, bench)).run()
     (effect,) = candidates.fits[candidates.named()].hypothesis.effects
-    assert (effect.family, effect.place.factor, effect.place.level) == ("coulomb_friction", "group", "old")
-
-
-@pytest.mark.long
-def test_a_supply_that_differs_between_runs_is_scatter(tmp_path: Path) -> None:
-    supply = (0.85, 1.1, 0.95, 1.2, 0.8, 1.05)
-    _, found = named(tmp_path, Bench(runs=6, samples=300, friction=0.0, supply=supply))
-    assert found == [("scatter", "actuator:torque")]
+    assert (effect.family, effect.place) == (family, place)
 
 
 @pytest.fixture(scope="module")

@@ -90,11 +90,6 @@ def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
         simulation(values[None, None])
 
 
-def test_one_value_for_every_experiment(known: Hypothesis) -> None:
-    hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
-    assert [u.own for u in hypothesis.unknowns] == [False, False, False, True]
-
-
 def test_complexity_adds_up(known: Hypothesis) -> None:
     friction, scatter = effect("coulomb_friction"), effect("scatter")
     alone = known.plus(friction, JOINT)

@@ -16,7 +16,6 @@ from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
 from tests.diagnosis.benches import Bench, pendulum
 from tests.machines.folders import changed, logs_of, motion, read_case, system_of, text_of
-from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
@@ -241,12 +240,6 @@ def test_a_stiffening_spring_is_no_wrong_clock_of_the_run_that_moves_furthest(tm
     assert [effect.family for effect in belt.effects] == ["nonlinear_spring"]
     system, logs, _ = without_copies(*read_case(tmp_path / "case"), 0.13)
     assert log_faults(system, logs, 0.13) == ()
-
-
-def test_one_run_in_milliseconds_is_refused_with_what_to_do(right: Path, tmp_path: Path) -> None:
-    told = r"run3\.csv: .* looks like milliseconds; multiply the column by 0\.001"
-    with pytest.raises(BadInput, match=told):
-        spoilt(right, tmp_path, scaled("t", 1e3, "run3"))
 
 
 def test_a_longer_horizon_shows_what_a_short_one_does_not(right: Path, tmp_path: Path) -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.rigs.pendulum import PendulumCampaign
-from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from tests.diagnosis.benches import FRICTION, Bench
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, study
 from tests.machines.folders import read_case
@@ -23,14 +22,12 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.diagnosis.where.where import where
-from unmodelled.logs.folder import read_logs
 
 UNKNOWN_J = (
     "J: {value: 0.02, unit: kg m^2}",
     "J: {value: 0.02, unit: kg m^2, identify: true, bounds: [0, 0.1]}",
 )
 STILL = Bench(friction=0.0, runs=3)
-SYSTEMS = Path(__file__).parents[2] / "systems"
 
 
 def only(found: tuple[Remark, ...]) -> Remark:
@@ -202,16 +199,6 @@ def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> N
 def test_one_factor_without_an_input_says_nothing(tmp_path: Path) -> None:
     """b and mgl twice as large are no scale of the torque while J is known."""
     assert implausible(LeftOut.of(fit_of(tmp_path, b=0.06, mgl=1.8))) == ()
-
-
-def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
-    """Its friction has the numbers of the rig, and the diagnosis hands on what is said of them."""
-    system = pendulum(tmp_path, text=(SYSTEMS / "pendulum.yaml").read_text())
-    PendulumCampaign(runs=4, duration=2.0).write(tmp_path / "logs", 0)
-    logs = read_logs(tmp_path / "logs", system)
-    known = Hypothesis.known(Study.of(system, logs, HORIZON, 0))
-    found = fitted(known.plus(effect("coulomb_friction"), JOINT))
-    assert remarks(LeftOut.of(found)) == ()
 
 
 @pytest.mark.long

@@ -29,25 +29,17 @@ LONG = Bench(samples=300)
 
 
 def assert_equal(
-    system: System,
-    logs: Logs,
-    horizon: float,
-    runs: list[int],
-    latest: float = 0.0,
-    each: Sequence[int] = (1, 3),
+    system: System, logs: Logs, horizon: float, runs: list[int], each: Sequence[int] = (1, 3)
 ) -> None:
-    own = prepare(system, logs)
-    recording = Recording.of(logs, horizon, runs, latest)
+    own, recording = prepare(system, logs), Recording.of(logs, horizon, runs)
     simulation = Simulation(system, recording)
     for substeps in each:
         expected = free_run(system, own, horizon, Integration(logs.period, "rk4", substeps, 1.0), runs)
         found = simulation(simulation.values[None, None], substeps=substeps)
         measured, simulated = (np.full(logs.y.shape, np.nan) for _ in range(2))
-        late = [round(output.delay / logs.period) for output in system.outputs]
-        for j, whole in enumerate(late):
-            rows = recording.rows[recording.counted] + whole
-            simulated[rows, j] = found.y[:, 0, :, j][recording.counted]
-            measured[rows, j] = found.measured[:, 0, :, j][recording.counted]
+        rows = recording.rows[recording.counted]
+        simulated[rows] = found.y[:, 0][recording.counted]
+        measured[rows] = found.measured[:, 0][recording.counted]
         np.testing.assert_array_equal(np.isfinite(simulated), expected.counted)
         difference = np.abs(simulated - expected.y)[expected.counted]
         assert difference.max() < 1e-11 * np.abs(logs.y).max()
@@ -132,24 +124,6 @@ def test_hidden_states_are_integrated_as_far_back_as_they_remember(
     assert_allclose(short.over(few)(values).y, simulation.over(few)(values).y, rtol=0, atol=off)
     assert_allclose(found, whole, rtol=0, atol=off)
     assert forgets or np.array_equal(found, whole, equal_nan=True)
-
-
-@pytest.mark.parametrize("delay", [1, 20])
-def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
-    known, logs = Bench(samples=300, delay=delay).recorded(tmp_path)
-    late = with_delay(known, delay * PERIOD)
-    assert_equal(late, logs, 0.1, [0, 3], latest=delay * PERIOD)
-
-
-def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
-    known, logs = LONG.recorded(tmp_path)
-    late = with_delay(known, 4.3 * PERIOD)
-    own, how = prepare(late, logs), Integration(logs.period, "rk4", 1, 1.0)
-    expected = free_run(late, own, 0.1, how).y
-    recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
-    simulation = Simulation(late, recording)
-    found = simulation(simulation.values[None, None]).y[:, 0, :, 0][recording.counted]
-    assert_allclose(found, expected[recording.rows[recording.counted] + 4, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["theta", "torque"])

@@ -11,13 +11,13 @@ import pytest
 from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
 from tests.diagnosis.benches import Bench, exact, pendulum
-from tests.diagnosis.found import BENCH, as_given, friction
+from tests.diagnosis.diagnoses import told
+from tests.diagnosis.found import BENCH, friction
 from tests.diagnosis.studies import HORIZON, judged
 from tests.machines.folders import Array, read_case
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where, factors, where
@@ -89,16 +89,6 @@ def test_a_named_effect_has_its_share(named: Diagnosis) -> None:
     assert np.sqrt(np.mean(joint**2)) < 1.5
 
 
-def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None:
-    found = where(named)
-    for label, model in {"known": named.known, "augmented": named.augmented}.items():
-        expected = free_runs(model.system, model.logs, HORIZON).per_experiment
-        # the error of the integration may be a tenth of the noise
-        room = 0.1 * float(found.every.floor.mean())
-        assert [row[label] for row in found.experiments] == pytest.approx(list(expected.values()), abs=room)
-    assert [row["id"] for row in found.experiments] == list(named.logs.ids)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "expected"),
@@ -147,9 +137,9 @@ def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
         "coordinates": [(", position: theta, velocity: omega", "")],
         "delay": [("outputs:\n  theta: {unit: rad}", "outputs:\n  theta: {unit: rad, delay: 0.004}")],
     }
-    Bench(runs=2, samples=60).logs(tmp_path / "logs", pendulum(tmp_path))
+    Bench(runs=4, samples=60).logs(tmp_path / "logs", pendulum(tmp_path))
     system = pendulum(tmp_path / "changed", *changes[without])
-    diagnosis = as_given(system, read_logs(tmp_path / "logs", system))
+    diagnosis = replace(told(system, read_logs(tmp_path / "logs", system)), verdict="unknown")
     found = where(diagnosis)
     assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
     assert {row["port"] for row in found.channels} <= {"joint", "actuator:torque", "sensor:theta"}

@@ -123,7 +123,10 @@ BAD: list[tuple[Change, str]] = [
     (lines(lambda rows: [*rows[:6], "", *rows[5:]]), "b.csv: row 8: column t: time must increase"),
     (lines(lambda rows: rows[:41]), "b.csv: row 41: column t: must have 50 samples or more, got 40"),
     (log(t=GAPS), f"b.csv: row 42: {GAP}, more than 5 sampling periods of 0.002 s: no part"),
-    (log(t=1e3 * T), f"row 3: {MEDIAN} of 2 s, 0.002 s in .*: it looks like milliseconds"),
+    (
+        log(t=1e3 * T),
+        rf"row 3: {MEDIAN} of 2 s, 0.002 s in .*: it looks like milliseconds; multiply the column by 0\.001",
+    ),
     (log(t=0.1 * T), "row 2: column t: 0.0798 s hold fewer than 50 samples of 0.002 s"),
     (log(angle=np.full(400, 0.25)), "b.csv: row 2: column angle: dead output, 0.25 in every row"),
     (log(suffix="parquet", t=GAPS), f"b.parquet: row 41: {GAP}"),
