@@ -6,15 +6,13 @@ from pathlib import Path as File
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import JOINT, ONE_FAULT, TORQUE, effect, fitted, study
+from tests.diagnosis.studies import JOINT, ONE_FAULT, effect, fitted, study
 from unmodelled.diagnosis.core.choose import Chooser
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.path import Path
-from unmodelled.diagnosis.core.propagation import transitions
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 from unmodelled.effects.place import Place
 
@@ -71,16 +69,6 @@ def test_a_column_is_the_derivative_of_the_free_runs(tmp_path: File, kind: str) 
     assert compared >= {"port": 20, "actuator": 4, "sensor": 2, "parameter": 1}[kind]
 
 
-def test_transitions_are_exponentials() -> None:
-    rng = np.random.default_rng(0)
-    A = rng.normal(0.0, 30.0, (3, 5, 4, 4))
-    A[:, 1::2] = A[:, 2::2] = A[:, :1]  # constant along a window
-    whole, second = transitions(np.ascontiguousarray(A), 0.02)
-    for w in range(3):
-        np.testing.assert_allclose(whole[w, 0], expm(0.02 * A[w, 0]), rtol=1e-5, atol=1e-6)
-        np.testing.assert_allclose(second[w, 0], expm(0.01 * A[w, 0]), rtol=1e-5, atol=1e-6)
-
-
 def test_left_out_errors_are_those_of_fits_without_the_experiment() -> None:
     rng, runs, n = np.random.default_rng(1), 5, 3
     X, y = rng.normal(size=(runs, 40, n)), rng.normal(size=(runs, 40))
@@ -128,18 +116,6 @@ def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: File) -> No
     seen = [atoms[0] for atoms, _ in Columns(Path.of(base, base.recording)).atoms()]
     assert not [a for a in seen if a.effect.family == "coulomb_friction" and a.place == JOINT]
     assert {a.place.name for a in seen if a.place.kind == "parameter"} == {"J", "b", "mgl"}
-
-
-def test_errors_of_a_system_with_hidden_states_are_compared_over_some_windows(tmp_path: File) -> None:
-    known = Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4)))
-    lagging = fitted(known.plus(effect("actuator_lag"), TORQUE))
-    every, few = (Path.of(lagging, lagging.recording, most) for most in (None, 5))
-    assert every.hidden and len(few.judged) == len(every.judged) > few.judged.sum() >= 5
-    np.testing.assert_array_equal(few.error, every.error[few.judged])
-    some = ((atoms[0].key, found) for atoms, found in Columns(few).atoms())
-    whole = {atoms[0].key: found for atoms, found in Columns(every).atoms()}
-    compared = [np.array_equal(found, whole[key][few.judged]) for key, found in some]
-    assert len(compared) > 20 and all(compared)
 
 
 @pytest.mark.long

@@ -300,18 +300,12 @@ def test_a_single_learned_experiment_is_divided(rubbing: Candidates) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "verdict", "named"),
-    [
-        ({"level": 1.0 - 1e-12, "unexplained_gap": 1e9}, "no_gap", 0),
-        ({"level": 1.0 - 1e-12, "unexplained_gap": 1e-9}, "unknown", 0),
-        ({**NOTHING_MATERIAL, "unexplained_gap": 1e9}, "no_gap", 0),
-        ({**NOTHING_MATERIAL, "unexplained_gap": 1e-9}, "unknown", 0),
-    ],
-    ids=["all is chance", "all is chance and a gap remains", "nothing is material", "a gap"],
+    "limits", [{"level": 1.0 - 1e-12}, NOTHING_MATERIAL], ids=["all is chance", "nothing is material"]
 )
-def test_thresholds_decide(rubbing: Candidates, changed: dict[str, float], verdict: str, named: int) -> None:
-    found = decided(limited(rubbing, **changed))
-    assert (found.verdict, found.named) == (verdict, named)
+def test_thresholds_decide(rubbing: Candidates, limits: dict[str, float]) -> None:
+    for gap, verdict in ((1e9, "no_gap"), (1e-9, "unknown")):
+        found = decided(limited(rubbing, **limits, unexplained_gap=gap))
+        assert (found.verdict, found.named) == (verdict, 0)
 
 
 @pytest.mark.parametrize(("named", "verdicts"), [(0, ("no_gap", "unknown")), (1, ("effect", "main_effect"))])

@@ -8,12 +8,10 @@ import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
 from tests.diagnosis.studies import HORIZON, JOINT, effect, study
-from unmodelled.diagnosis.answer.confirmed import _refused
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.preparation import prepare
 
@@ -231,21 +229,6 @@ def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
     search.found.pop(drag.key, None)
     again = search.without(both, both.hypothesis.effects[1])
     assert again.hypothesis.key == drag.key and search.found[drag.key].fitted is again
-
-
-def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(friction: Diagnosis) -> None:
-    search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2)
-    friction_alone = search.base.hypothesis.plus(effect("coulomb_friction"), JOINT)
-    both = friction_alone.plus(effect("constant_load"), JOINT)
-    found = FittedHypothesis.of(both, search.fitted)
-    fits = (found, FittedHypothesis.of(friction_alone, search.fitted))
-    error, alone = (judged_model("", fit).gap.per_output["theta"] for fit in fits)
-    before = judged_model("", search.base).gap
-    lower = error < (1.0 - search.study.thresholds.held_out_gain) * alone
-    assert [e.family for e in _refused(search, found, before)] == ([] if lower else ["constant_load"])
-    other = replace(found.fit, values={**found.fit.values, "F_0": 0.3})
-    turned = FittedHypothesis(both, search.fitted, other)
-    assert [e.family for e in _refused(search, turned, before)] == ["constant_load"]
 
 
 @pytest.mark.long

@@ -18,7 +18,7 @@ from tests.machines.folders import (
     values_of,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.discovered import DiscoveredLaw, discovered
+from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepared_for
@@ -78,10 +78,3 @@ def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> N
     # to first order: the mass follows
     assert found["linear_spring", ""]["k_rail"] == pytest.approx(25.0, rel=0.5)
     assert ("discovered_law", "x") not in found
-
-
-def test_a_law_is_known_by_its_variant() -> None:
-    law = DiscoveredLaw.named("x**3 + v*abs(v)")
-    assert (law.variant, law.complexity) == ("x**3 + v*abs(v)", 3.0)
-    with pytest.raises(KeyError, match=r"x\*\*9"):
-        DiscoveredLaw.named("x**9")

@@ -115,14 +115,6 @@ def test_a_value_for_every_experiment(tmp_path: Path) -> None:
     assert shared.gap.value > 2.0 * found.gap.value
 
 
-def test_some_runs_only(tmp_path: Path) -> None:
-    system, logs = Bench(friction=(0.02, 0.04, 0.06, 0.08)).recorded(tmp_path, *FRICTION)
-    simulation = Simulation(system, Recording.of(logs, 0.1, runs=[3, 1]))
-    found = fit_parameters(simulation, [B, MGL, replace(F_C, own=True)])
-    assert found.own["F_c"] == pytest.approx({"run1": 0.04, "run3": 0.08}, abs=3e-3)
-    assert set(found.gap.per_experiment) == {"run1", "run3"}
-
-
 def test_the_best_of_several_starts_goes_on(tmp_path: Path) -> None:
     """A ripple whose number of periods is not known: its fit has a valley around every one."""
     law = ("F_c*tanh(omega/creep)", "F_c*tanh(omega/creep) + a*sin(n*theta)")
@@ -153,14 +145,6 @@ def test_states_that_no_output_shows(tmp_path: Path) -> None:
     found = fit_parameters(simulation, [Unknown("stiff", 0.0, 5.0, 0.3), Unknown("lag", 0.01, 1.0, 0.1)])
     assert found.values == pytest.approx({"stiff": 0.5, "lag": 0.05}, rel=0.05)
     assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
-
-
-def test_what_data_do_not_tell_has_no_interval(tmp_path: Path) -> None:
-    number = ("ports:", "  idle: {value: 1.0, unit: '1'}\nports:")
-    simulation = simulation_of(tmp_path, Bench(), number)
-    found = fit_parameters(simulation, [B, Unknown("idle", 0.0, 2.0, 1.0)])
-    assert found.values["idle"] == 1.0
-    assert np.isinf(found.covariance[1, 1]) and np.isfinite(found.covariance[0, 0])
 
 
 def test_a_system_whose_sensor_shows_no_state_by_itself(tmp_path: Path) -> None:

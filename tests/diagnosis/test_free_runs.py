@@ -11,7 +11,7 @@ from tests.diagnosis.conftest import Known
 from tests.diagnosis.studies import HORIZON
 from tests.evaluation.compiled_free_run import free_run
 from tests.machines.folders import logs_of, motion, system_of, text_of
-from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale
+from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import gap
@@ -76,26 +76,6 @@ def test_of_a_bench_with_two_outputs(slider_crank: Known) -> None:
     same(slow, prepare(slow, logs), 0.05)
 
 
-def test_what_diverges_counts_as_the_largest_error(tmp_path: Path) -> None:
-    change = ("mgl*sin(theta)", "mgl*sin(theta) - grow*omega**3")
-    number = ("ports:", "  grow: {value: -20.0, unit: N m s^3/rad^3}\nports:")
-    system, logs = logged(tmp_path, change, number)
-    found = free_runs(system, logs, HORIZON, RUNS)
-    assert np.isfinite(found.run.y[found.run.counted]).all()
-    error = np.abs(found.run.y - logs.y)[found.run.counted] / found.scale["theta"]
-    assert error.max() == pytest.approx(LARGEST_ERROR) and np.mean(error > 0.999 * LARGEST_ERROR) > 0.1
-    assert found.units["theta"].whole_run is None
-    assert any("whole runs diverges in run0, run2" in note for note in found.notes)
-
-
-def test_only_the_asked_experiments_are_simulated(tmp_path: Path) -> None:
-    system, logs = logged(tmp_path)
-    found = free_runs(system, logs, HORIZON, (3,))
-    assert list(found.per_experiment) == ["run3"]
-    assert set(logs.owner[found.run.counted[:, 0]]) == {3}
-    assert np.isnan(found.run.y[logs.owner != 3]).all()
-
-
 def test_the_error_at_the_horizon_is_that_of_full_windows(tmp_path: Path) -> None:
     system, logs = logged(tmp_path)
     steps = 23  # a rest stays at the end of every experiment
@@ -106,16 +86,6 @@ def test_the_error_at_the_horizon_is_that_of_full_windows(tmp_path: Path) -> Non
     assert found.units["theta"].unit == "rad"
 
 
-def test_an_offset_of_one_run_changes_no_scale(tmp_path: Path) -> None:
-    _, logs = logged(tmp_path)
-    y = logs.y.copy()
-    y[logs.rows(1)] += 1e9
-    np.testing.assert_allclose(output_scale(replace(logs, y=y)), output_scale(logs), rtol=1e-6)
-    np.testing.assert_allclose(Sensors(replace(logs, y=y)).noise, Sensors(logs).noise, rtol=0.05)
-    y[logs.rows(1)] = 1e9 * logs.y[logs.rows(1)]  # nor does a run in another unit take it over
-    assert 1.0 < (output_scale(replace(logs, y=y)) / output_scale(logs))[0] < 10.0
-
-
 @pytest.mark.parametrize("size", [1e-200, 1.0, 1e100])
 def test_scales_of_tiny_and_of_constant_outputs(tmp_path: Path, size: float) -> None:
     _, logs = logged(tmp_path)
@@ -124,19 +94,6 @@ def test_scales_of_tiny_and_of_constant_outputs(tmp_path: Path, size: float) -> 
     assert output_scale(replace(logs, y=still)) == pytest.approx(0.3 * size)
     assert output_scale(replace(logs, y=0.0 * logs.y)) == 1.0
     assert np.isfinite(Sensors(replace(logs, y=still)).noise).all()
-
-
-@pytest.mark.parametrize("bench", ["pendulum_bench", "slider_crank"])
-@pytest.mark.parametrize("horizon", [0.02, 0.1])
-def test_true_models_of_the_virtual_benches(
-    bench: str, horizon: float, request: pytest.FixtureRequest
-) -> None:
-    system, logs = request.getfixturevalue(bench)
-    simulation = Simulation(system, Recording.of(logs, horizon))
-    values = simulation.values[None, None]
-    found, least = gap(simulation, values, substeps=4), floor(simulation, values, substeps=4)
-    assert 0.8 < found.value / least.value < 1.25
-    assert least.value**2 == pytest.approx(np.mean(np.square(list(least.per_output.values()))))
 
 
 @pytest.mark.parametrize("noise", [5e-5, 1e-3])
@@ -153,17 +110,6 @@ def test_floor_of_a_sensor_whose_noise_is_known(tmp_path: Path, noise: float) ->
     first = np.isin(recording.start, recording.logs.offsets)
     # half of the filter is missing where an experiment begins
     assert sigma[first, 1].min() > 2.0 * np.median(sigma[~first, 1])
-
-
-def test_the_gap_is_that_of_every_verb(pendulum_bench, slider_crank) -> None:  # type: ignore[no-untyped-def]
-    for system, logs in (pendulum_bench, slider_crank):
-        wrong = system.with_values({"b": 0.03, "m3": 0.6})
-        expected = free_runs(wrong, logs, 0.1, runs=[0, 2])
-        simulation = Simulation(wrong, Recording.of(logs, 0.1, runs=[0, 2]))
-        found = gap(simulation, simulation.values[None, None], expected.substeps)
-        assert found.value == pytest.approx(expected.value, rel=1e-9)
-        assert found.per_output == pytest.approx(expected.per_output, rel=1e-9)
-        assert found.per_experiment == pytest.approx(expected.per_experiment, rel=1e-9)
 
 
 LAW = "(q - a*sqrt(G*(h - edge)))/A"

@@ -141,15 +141,6 @@ def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
     assert moved[old].min() > 1e-4 and moved[~old].max() < 1e-12
 
 
-def test_delays_of_an_input_and_an_output_are_two_numbers(known: Hypothesis) -> None:
-    both = known.plus(effect("input_delay"), TORQUE).plus(effect("sensor_delay"), ANGLE)
-    assert both.delays == {"T_d_torque": "torque", "T_d_theta": "theta"}
-    simulation = both.simulation(known.study.recording)
-    lates = (0.004, 0.0), (0.0, 0.004)
-    one, other = (simulation(np.array([[[*known.system.values, *late]]])).y for late in lates)
-    assert not np.allclose(one, other, equal_nan=True)
-
-
 def test_names_that_a_reader_sees(known: Hypothesis) -> None:
     assert str(known) == "the known physics"
     first = known.plus(effect("coulomb_friction"), JOINT)

@@ -12,7 +12,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting import deviation
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
+from unmodelled.diagnosis.fitting.judged_models import judged_model, values_per_experiment
 from unmodelled.effects.place import Place
 from unmodelled.logs.clock import delayed
 
@@ -36,14 +36,6 @@ def earlier(found: Study, time: float) -> Study:
     logs = found.logs
     u = delayed(logs.u, logs.offsets, logs.period, [-time], "linear")
     return replace(found, logs=replace(logs, u=u))
-
-
-def test_the_known_system_is_judged_as_it_was_given(rubbing: Study) -> None:
-    found = known_model(rubbing)
-    expected = free_runs(rubbing.system, rubbing.logs, HORIZON, rubbing.held_out)
-    assert (found.label, found.system, found.logs) == ("known", rubbing.system, rubbing.logs)
-    assert found.gap.value == pytest.approx(expected.value, rel=1e-6)
-    assert set(found.gap.per_experiment) == {rubbing.logs.ids[i] for i in rubbing.held_out}
 
 
 def test_numbers_and_delays_stand_in_the_system(late: FittedHypothesis, rubbing: Study) -> None:
@@ -92,7 +84,3 @@ def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: 
     column = found.logs.c[:, found.logs.constants.index("F_c_deviation")]
     np.testing.assert_array_equal(column, [own[i] for i in seen.logs.ids])
     assert found.gap.value < 1.3 * found.gap.floor
-
-
-def test_without_scatter_no_experiment_has_numbers_of_its_own(late: FittedHypothesis) -> None:
-    assert values_per_experiment(late) == {}

@@ -175,12 +175,6 @@ def test_a_delay_that_depends_on_the_flow_is_no_wrong_clock(tmp_path: Path) -> N
     assert log_faults(system, logs_of(system, tmp_path / "logs", logs), 1.0) == ()
 
 
-def test_a_wrong_inertia_is_no_wrong_clock(tmp_path: Path) -> None:
-    """Nobody can tell them apart: what the search can name is left to it."""
-    PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, inertia=0.03).write(tmp_path / "heavy", 0)
-    assert log_faults(*read_right(tmp_path / "heavy"), HORIZON) == ()
-
-
 @pytest.mark.parametrize(("inertia", "dry", "clock"), [(0.19, 3.0, 1.0), (0.1, 0.0, 1.4)])
 def test_inertia_and_friction_are_no_wrong_clock(
     inertia: float, dry: float, clock: float, tmp_path: Path

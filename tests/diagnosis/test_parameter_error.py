@@ -73,13 +73,8 @@ def test_a_wrong_number_of_the_file_is_named(
         assert found[name] == pytest.approx(right, rel=0.02) and f"{name}_error" not in found
     else:
         assert f"parameter error of {name}" in alike
-
-
-@pytest.mark.long
-def test_the_robot_file_gets_the_right_number(tmp_path: Path) -> None:
-    (tmp_path / "system.yaml").write_text(axis(tmp_path, 0.8, 30.0))
-    answer = um.diagnose(tmp_path / "system.yaml", tmp_path / "logs", workers=1)
-    (change,) = answer.content["robot"]["changes"]
-    assert (change["element"], change["quantity"], change["given"]) == ("servo", "kp", 0.8)
-    assert change["patched"] == pytest.approx(800.0, rel=0.02)
-    assert answer.content["robot"]["missing"] == []
+    if name == "servo_kp":  # the robot file gets the right number
+        (change,) = answer.content["robot"]["changes"]
+        assert (change["element"], change["quantity"], change["given"]) == ("servo", "kp", 0.8)
+        assert change["patched"] == pytest.approx(800.0, rel=0.02)
+        assert answer.content["robot"]["missing"] == []

@@ -170,18 +170,6 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
         assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)
 
 
-def test_a_set_may_differ_from_experiment_to_experiment(tmp_path: Path) -> None:
-    system, logs = Bench(samples=200).recorded(tmp_path)
-    recording = Recording.of(logs, 0.1)
-    simulation = Simulation(system, recording)
-    values = np.tile(simulation.values, (len(logs), 1, 1))
-    values[:, 0, 1] = 0.01 * np.arange(len(logs))
-    together = simulation(values).y
-    for i in range(len(logs)):
-        mine = recording.owner == i
-        np.testing.assert_array_equal(together[mine], simulation(values[i : i + 1]).y[mine])
-
-
 def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
     system = pendulum(tmp_path)
     recording = Recording.of(Bench().logs(tmp_path / "logs", system), 0.02)
