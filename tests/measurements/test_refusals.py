@@ -153,11 +153,6 @@ def test_refused_with_one_line(folder: Path, change: Change, message: str) -> No
     assert str(folder) in str(refused.value)
 
 
-def test_a_folder_must_be_there(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="nowhere: no such folder"):
-        read_logs(tmp_path / "nowhere", motor())
-
-
 TEXT = pd.DataFrame(run()).round(6).to_csv(index=False)
 HEADER, *LINES = TEXT.splitlines()
 SEMICOLONS = TEXT.replace(",", ";")
