@@ -5,20 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import unmodelled as um
-from tests.inspection import faults
-from tests.inspection.machines import PENDULUM, SCREW, Machine
+from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine, spiked
 from tests.machines.folders import Array, system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Frames = dict[str, pd.DataFrame]
 
 #: Machines with a dry friction that their system files leave out.
 SWING = replace(
@@ -118,7 +114,7 @@ def test_garbage_does_not_change_the_effect(garbage: float, tmp_path: Path) -> N
     """The dry friction of the pendulum is named with and without spikes in its angle."""
     system = system_of(SWING.system, tmp_path)
     frames = SWING.frames(4, runs=6, samples=800)
-    logs = Logs.from_frames(faults.spiked(frames, "phi", garbage) if garbage else frames, system)
+    logs = Logs.from_frames(spiked(frames, "phi", garbage) if garbage else frames, system)
     assert any("spikes" in note for note in logs.notes) == bool(garbage)
     answer = um.diagnose(system, logs, workers=1)
     assert answer.verdict == "effect"

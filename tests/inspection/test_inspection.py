@@ -6,9 +6,18 @@ import time
 import numpy as np
 import pytest
 
-from tests.inspection import faults
-from tests.inspection.faults import Frames
-from tests.inspection.machines import MACHINES, PENDULUM, SCREW
+from tests.inspection.machines import (
+    MACHINES,
+    PENDULUM,
+    SCREW,
+    TWINS,
+    Frames,
+    dropped,
+    emptied,
+    frozen,
+    spiked,
+    wrapped,
+)
 from tests.machines.folders import system_of
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
@@ -32,17 +41,17 @@ def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
 
 #: Machine, fault, words of the one note, error that may remain in nearly all samples.
 CASES = {
-    "garbage of an encoder": ("screw", (faults.spiked, "s", 3.0), "s has .* spikes", 1e-4),
-    "small spikes of an angle": ("swing", (faults.spiked, "phi", 0.5), "phi has .* spikes", 0.01),
-    "garbage of a thermocouple": ("heater", (faults.spiked, "T", 4e3), "T has .* spikes", 0.6),
-    "dropouts of an angle": ("swing", (faults.dropped, "phi"), "phi falls to 0 in", 0.1),
-    "dropouts of a command": ("heater", (faults.dropped, "power", 0.01), "power falls to 0 in", 50.0),
-    "counter of 16 bits": ("screw", (faults.wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
-    "counter that empties": ("screw", (faults.emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
-    "frozen encoder": ("screw", (faults.frozen, "s", 60), "s freezes 4 times", 0.0),
-    "frozen angle": ("swing", (faults.frozen, "phi", 40), "phi freezes [34] times", 0.0),
-    "frozen tachometer": ("swing", (faults.frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
-    "frozen command": ("heater", (faults.frozen, "power", 50), "power freezes [34] times", 0.0),
+    "garbage of an encoder": ("screw", (spiked, "s", 3.0), "s has .* spikes", 1e-4),
+    "small spikes of an angle": ("swing", (spiked, "phi", 0.5), "phi has .* spikes", 0.01),
+    "garbage of a thermocouple": ("heater", (spiked, "T", 4e3), "T has .* spikes", 0.6),
+    "dropouts of an angle": ("swing", (dropped, "phi"), "phi falls to 0 in", 0.1),
+    "dropouts of a command": ("heater", (dropped, "power", 0.01), "power falls to 0 in", 50.0),
+    "counter of 16 bits": ("screw", (wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
+    "counter that empties": ("screw", (emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
+    "frozen encoder": ("screw", (frozen, "s", 60), "s freezes 4 times", 0.0),
+    "frozen angle": ("swing", (frozen, "phi", 40), "phi freezes [34] times", 0.0),
+    "frozen tachometer": ("swing", (frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
+    "frozen command": ("heater", (frozen, "power", 50), "power freezes [34] times", 0.0),
 }
 
 
@@ -68,15 +77,15 @@ def test_faultless_logs_raise_no_alarm(name: str, systems: dict[str, System]) ->
         assert looked(systems[name], MACHINES[name].frames(seed))[1] == []
 
 
-@pytest.mark.parametrize("twin", faults.TWINS)
+@pytest.mark.parametrize("twin", TWINS)
 def test_what_looks_like_a_fault_is_none(twin: str, systems: dict[str, System]) -> None:
-    assert looked(systems["screw"], faults.TWINS[twin]())[1] == []
+    assert looked(systems["screw"], TWINS[twin]())[1] == []
 
 
 def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:
     """Findings do not depend on scale: a screw in nanometres."""
-    small = {name: f.assign(s=1e-9 * f["s"]) for name, f in faults.spiked(SCREW.frames(), "s", 3.0).items()}
-    whole = looked(systems["screw"], faults.spiked(SCREW.frames(), "s", 3.0))[1]
+    small = {name: f.assign(s=1e-9 * f["s"]) for name, f in spiked(SCREW.frames(), "s", 3.0).items()}
+    whole = looked(systems["screw"], spiked(SCREW.frames(), "s", 3.0))[1]
     assert looked(systems["screw"], small)[1] == whole != []
 
 
