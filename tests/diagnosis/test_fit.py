@@ -20,11 +20,6 @@ from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 
-GAIN = (
-    ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, expression: theta + k*theta}\nparameters:"),
-    ("ports:", "  k: {value: 0.0, unit: '1', identify: true, bounds: [-0.5, 0.5]}\nports:"),
-)
-
 
 def errors_of(found: Fit, truth: dict[str, float]) -> Array:
     """In standard deviations."""
@@ -94,13 +89,6 @@ def test_a_delay(tmp_path: Path, name: str) -> None:
     assert found.converged
     assert found.values["lag"] == pytest.approx(5 * PERIOD, abs=2e-4)
     assert found.left.value < 1.1 * rough(simulation)
-
-
-def test_a_gain_of_the_sensor(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench(gain=1.1), *GAIN)
-    found = fit_parameters(simulation)
-    assert found.values["k"] == pytest.approx(0.1, abs=3e-3)
-    assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
 
 
 def test_a_value_for_every_experiment(tmp_path: Path) -> None:

@@ -181,14 +181,6 @@ def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
     np.testing.assert_array_equal(every[where], few)
 
 
-def test_windows_among_some_runs_are_those_of_a_recording_of_them(tmp_path: Path) -> None:
-    _, logs = Bench(samples=200).recorded(tmp_path)
-    some, own = Recording.of(logs, 0.03).among([2, 0]), Recording.of(logs, 0.03, runs=[2, 0])
-    assert sorted(some.start) == sorted(own.start) and some.runs == own.runs
-    np.testing.assert_array_equal(some.scale, own.scale)
-    np.testing.assert_array_equal(some.noise, own.noise)
-
-
 def test_an_experiment_shorter_than_a_delay_is_refused(tmp_path: Path) -> None:
     _, logs = Bench(samples=60).recorded(tmp_path)
     with pytest.raises(ValueError, match="shorter than experiment run0"):

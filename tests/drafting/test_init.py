@@ -251,14 +251,6 @@ def test_one_record_is_cut_into_experiments(tmp_path: Path) -> None:
     assert mapping["cut"] == "0.75 s" and len(read_logs(tmp_path, system)) == 8
 
 
-def test_a_column_of_episodes_splits_a_table(tmp_path: Path) -> None:
-    tables = [pd.DataFrame({**log, "episode_index": k}) for k, log in enumerate(LOGS)]
-    pd.concat(tables).to_csv(tmp_path / "all.csv", index=False)
-    mapping, system = drafted(tmp_path)
-    assert mapping["split_by"] == "episode_index" and "cut" not in mapping
-    assert read_logs(tmp_path, system).ids == ("0", "1", "2")
-
-
 @pytest.mark.long
 def test_folders_with_equal_files_are_experiments(tmp_path: Path) -> None:
     for k, log in enumerate(LOGS):
@@ -422,7 +414,8 @@ def test_a_lerobot_data_set(tmp_path: Path) -> None:
     place.mkdir(parents=True)
     (tmp_path / "meta").mkdir()
     names = {"names": ["pan.pos", "lift.pos"]}
-    info = {"fps": 100, "features": {"observation.state": names, "action": names}}
+    action = {"names": {"motors": names["names"]}}
+    info = {"fps": 100, "features": {"observation.state": names, "action": action}}
     (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
     (tmp_path / "meta" / "tasks.jsonl").write_text('{"task_index": 0, "task": "pick"}\n')
     for episode in range(3):

@@ -169,11 +169,3 @@ def test_the_drives_of_all_joints_are_of_one_kind(tmp_path: Path) -> None:
         tables.append({"t": one["t"], **joints, **measured, **wanted})
     found = columns_of(drafted(put(tmp_path, tables))[0])
     assert (found["u1"], found["u2"]) in (("tau_meas1", "tau_meas2"), ("tau_cmd1", "tau_cmd2"))
-
-
-@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])
-def test_clocks_in_other_units(tmp_path: Path, unit: str, factor: float) -> None:
-    logs = write(tmp_path / "raw", {f"time_{unit}": "t", "angle": "angle", "torque": "torque"}, t=factor)
-    mapping, system = drafted(logs)
-    assert mapping["time"] == {"column": f"time_{unit}", "unit": unit}
-    np.testing.assert_allclose(np.diff(read_logs(logs, system).t[:1500]), 0.004, rtol=1e-6)

@@ -169,11 +169,6 @@ def test_the_hybrid_with_a_perfect_network_is_exact_wherever_the_gate_is_open() 
     assert np.allclose(result, np.where(opening == 1.0, runs.signals["eps"], 0.0), rtol=0, atol=1e-15)
 
 
-def test_parameters_survive_a_file(tmp_path: Path) -> None:
-    PARAMETERS.write(tmp_path / "p.json")
-    assert BounceParameters.read(tmp_path / "p.json") == PARAMETERS
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [

@@ -51,12 +51,6 @@ def test_runs_are_cut_and_padded(campaign: Campaign) -> None:
     assert Sequences.of(campaign, INPUTS).features.shape == (4, 9, 3)
 
 
-def test_no_settings_are_an_empty_set(campaign: Campaign) -> None:
-    sequences = Sequences.of(campaign, SequenceInputs(("omega",)))
-    assert sequences.settings.shape == (4, 0)
-    assert fitted_scales(sequences).predict(sequences).shape == (4, 9)
-
-
 @pytest.mark.parametrize(
     ("features", "settings", "message"),
     [

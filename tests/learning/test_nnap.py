@@ -180,16 +180,6 @@ def test_any_number_of_windows(windows: int) -> None:
     assert_equal(given, INTEGRATIONS[3])
 
 
-def test_a_window_does_not_depend_on_the_others() -> None:
-    given = problem(with_networks(built_in("pendulum")))
-    whole = by_kernel(given, 0, INTEGRATIONS[3])
-    order = np.random.default_rng(0).permutation(len(given.starts))
-    starts = given.x0[order], given.starts[order]
-    X, Z = simulate(given.model, 0, given.data, *starts, given.steps, INTEGRATIONS[3])
-    np.testing.assert_array_equal(X, whole["X"].numpy()[order])
-    np.testing.assert_array_equal(Z, whole["Z"].numpy()[order])
-
-
 def test_a_window_that_diverges_leaves_the_others_alone() -> None:
     given = problem(with_networks(built_in("pendulum")))
     before = by_kernel(given, 0, INTEGRATIONS[0])
