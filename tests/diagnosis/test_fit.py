@@ -15,7 +15,6 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
 from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
-from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
@@ -199,33 +198,6 @@ def test_derivatives_against_an_independent_integration(tmp_path: Path) -> None:
             expected = (residual(point + step) - residual(point - step)) / 2e-4
             largest = np.abs(expected).max()
             np.testing.assert_allclose(slopes[w, k, :steps, 0], expected, atol=1e-2 * largest)
-
-
-def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
-    rng = np.random.default_rng(0)
-    windows, samples, each, states = 4, 9, 2, 2
-    r, moved = rng.normal(size=(windows, samples, 1)), rng.normal(size=(windows, states))
-    slopes = rng.normal(size=(windows, each + states, samples, 1))
-    weight = rng.uniform(0.5, 2.0, r.shape)
-    entry = np.stack([np.zeros(windows, np.int64), 1 + np.arange(windows) // 2], axis=1)
-    prior, here = np.array([0.0, 2.0, 0.0]), np.array([0.3, -0.7, 0.1])
-    normal = NormalEquations.of(r, slopes, weight, moved, entry, prior)
-    free = np.full(3, np.inf)
-    there, moves = normal.step(0.0, here, (-free, free))
-    rows, right = [], []
-    for w in range(windows):
-        full = np.zeros((samples + states, 3 + windows * states))
-        root, own = np.sqrt(weight[w]), 3 + w * states + np.arange(states)
-        full[:samples, entry[w]] = root * slopes[w, :each, :, 0].T
-        full[:samples, own] = root * slopes[w, each:, :, 0].T
-        full[samples:, own] = np.eye(states)
-        rows.append(full)
-        right.append(np.concatenate([root[:, 0] * r[w, :, 0], moved[w]]))
-    rows.append(np.sqrt(2.0) * np.eye(3 + windows * states)[[1]])
-    right.append(np.sqrt(2.0) * here[[1]])
-    solution = -np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
-    np.testing.assert_allclose(there, here + solution[:3], rtol=1e-9)
-    np.testing.assert_allclose(moves.ravel(), solution[3:], rtol=1e-9)
 
 
 def test_fits_are_deterministic(tmp_path: Path) -> None:

@@ -122,15 +122,6 @@ def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
     assert len({h.key for h in (first, *others)}) == 4
 
 
-def test_columns_that_effects_need(known: Hypothesis) -> None:
-    local = known.plus(effect("coulomb_friction"), OLD)
-    np.testing.assert_array_equal(local.c[:, -1], [0.0, 1.0, 1.0, 0.0])
-    worn = local.plus(effect("drift", "parameter_by_order"), Place("parameter", "b"))
-    np.testing.assert_array_equal(worn.c, np.column_stack([local.c, np.arange(4.0)]))
-    assert worn.c.shape[1] == len(worn.system.operating_point)
-    assert known.c is known.study.logs.c
-
-
 def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
     """Where they are not, the model is the known one; friction in some experiments changes only these."""
     recording = known.study.recording

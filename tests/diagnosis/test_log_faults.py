@@ -312,9 +312,9 @@ def test_the_later_of_two_same_columns_is_the_copy(turned: bool, right: Path) ->
     assert copy.delay == pytest.approx(0.03)
 
 
-def still(folder: Path, coulomb: float = 0.0) -> Path:
+def still(folder: Path) -> Path:
     """Logs of a pendulum that swings freely."""
-    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=coulomb).write(folder / "free", 0)
+    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.0).write(folder / "free", 0)
     return folder / "free"
 
 
@@ -333,16 +333,6 @@ def test_a_wrong_clock_of_a_system_without_inputs(tmp_path: Path) -> None:
     logs = spoilt(free, tmp_path / "logs", stretched(1.5, "run1"), tmp_path / "free.yaml")
     fault = only(log_faults(*logs, HORIZON))
     assert (fault.channels, fault.problem, fault.experiments) == (("t",), "clock", ("run1",))
-
-
-def test_an_input_that_did_nothing(tmp_path: Path) -> None:
-    free = still(tmp_path, 0.02)
-
-    def driven(log: pd.DataFrame, name: str) -> pd.DataFrame:
-        return log.assign(torque=np.sin(3.0 * log["t"] + len(name)))
-
-    fault = only(log_faults(*spoilt(free, tmp_path / "logs", driven), HORIZON))
-    assert (fault.channels, fault.problem) == (("torque",), "no_effect")
 
 
 def test_an_input_that_has_nothing_to_do_with_the_motion(right: Path, tmp_path: Path) -> None:

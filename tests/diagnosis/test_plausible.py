@@ -123,10 +123,7 @@ def test_none_of_a_damping(tmp_path: Path) -> None:
 )
 def test_how_near_a_bound_is(value: float, end: float | None) -> None:
     assert Unknown("b", 0.0, 0.1, 0.03).bound(value, 1e-3) == end
-
-
-def test_without_bounds_there_is_none() -> None:
-    assert Unknown("x_0", -np.inf, np.inf, 0.1).bound(1e9, 1e-3) is None
+    assert Unknown("x_0", -np.inf, np.inf, 0.1).bound(value, 1e-3) is None
 
 
 def test_the_largest_effort_is_that_of_the_logs(dry: FittedHypothesis) -> None:

@@ -305,18 +305,12 @@ def test_groups_of_a_file_are_experiments(tmp_path: Path, place: str, pattern: s
     np.testing.assert_allclose(logs.y[:, 0], np.concatenate([log["angle"] for log in LOGS]), atol=1e-12)
 
 
-def test_a_folder_with_nothing_but_such_a_file_is_that_file(tmp_path: Path) -> None:
-    write_groups(tmp_path / "campaign.h5", "/")
-    mapping, _ = drafted(tmp_path)
-    assert mapping["files"] == "*.h5" and mapping["groups"] == "*"
-
-
 def test_groups_in_which_nothing_moves_are_left_out(tmp_path: Path) -> None:
     file = write_groups(tmp_path / "campaign.h5", "/")
     with h5py.File(file, "a") as content:
         content["run_1/motion/theta"][:] = 0.0
-    mapping, system = drafted(file)
-    assert mapping["groups"] == ["run_0", "run_2"]
+    mapping, system = drafted(tmp_path)  # with nothing else in the folder
+    assert mapping["files"] == "*.h5" and mapping["groups"] == ["run_0", "run_2"]
     assert read_logs(tmp_path, system).ids == ("run_0", "run_2")
 
 

@@ -359,13 +359,6 @@ def test_bad_requests_are_refused_in_one_line(pendulum: Data) -> None:
         assert "\n" not in str(caught.value)
 
 
-def test_a_start_from_another_model_is_refused(pendulum: Data, tmp_path: Path) -> None:
-    system, _ = pendulum
-    fitted(replace(PLAIN, networks=physics_only()), pendulum, tmp_path / "physics")
-    with pytest.raises(BadInput, match="does not fit the configured model"):
-        PLAIN.load(system, tmp_path / "physics")
-
-
 LOADED = """
 import sys, torch
 from unmodelled.learning.adam import Adam
