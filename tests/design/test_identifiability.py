@@ -38,7 +38,6 @@ def acceleration_of(rates: tuple[float, ...]) -> float:
 
 
 def read(folder: Path, text: str, logs: list[dict[str, Array]]) -> tuple[System, Logs]:
-    """The system and the logs, written to `folder` and read."""
     system = system_of(text, folder)
     return system, logs_of(system, folder, logs)
 

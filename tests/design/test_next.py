@@ -166,7 +166,6 @@ def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str
 
 
 def edits(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Places in the content of a JSON file."""
     match content:
         case dict():
             items = list(content.items())

@@ -36,7 +36,6 @@ def known(folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
 
 
 def added_to(system: System, logs: Logs, said: Sequence[Said]) -> list[Added]:
-    """The effects one after the other."""
     scales = scales_of(system, logs)
     found: list[Added] = []
     for s in said:

@@ -46,7 +46,6 @@ KINDS = {"term": TERMS, "other": OTHERS, "library": LIBRARY}
 
 
 def main(first: int, last: int) -> None:
-    """Diagnose the carts of some numbers, and print what was said."""
     for number in range(first, last):
         for kind, forces in KINDS.items():
             size = float(np.exp(np.random.default_rng([number, len(kind)]).uniform(-0.5, 0.5)))

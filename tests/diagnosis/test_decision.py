@@ -50,13 +50,11 @@ def decided(found: Candidates) -> Decision:
 
 
 def beside(found: Candidates, named: int, network: FittedHypothesis) -> Candidates:
-    """The known physics, the named candidate, and a network."""
     alike = (found.predictions[0], found.predictions[named], LeftOut.of(network))
     return replace(found, predictions=alike)
 
 
 def limited(found: Candidates, **limits: float) -> Candidates:
-    """Compared with other thresholds."""
     return replace(found, thresholds=Thresholds(**limits))  # type: ignore[arg-type]
 
 

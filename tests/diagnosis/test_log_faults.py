@@ -77,7 +77,6 @@ def spoilt(right: Path, folder: Path, spoil: Spoil, known: Path = SYSTEM) -> tup
 
 
 def read_right(folder: Path) -> tuple[System, Logs]:
-    """The system of systems/pendulum.yaml and the logs in a folder."""
     system = read_system(SYSTEM)
     return system, read_logs(folder, system)
 

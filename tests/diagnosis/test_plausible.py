@@ -41,7 +41,6 @@ def fit_of(folder: Path, *changes: tuple[str, str], **bench: float) -> FittedHyp
 
 
 def with_values(found: FittedHypothesis, values: Mapping[str, float]) -> FittedHypothesis:
-    """The fit, as if its numbers were these."""
     assert set(values) <= set(found.fit.values)
     return replace(found, fit=replace(found.fit, values={**found.fit.values, **values}))
 

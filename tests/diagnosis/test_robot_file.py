@@ -56,7 +56,6 @@ def outputs(
 
 
 def off(found: Array, expected: Array) -> float:
-    """The largest error."""
     return float(np.nanmax(np.abs(found - expected)))
 
 

@@ -47,7 +47,6 @@ def assert_equal(
 
 
 def with_delay(system: System, delay: float) -> System:
-    """The pendulum with a late sensor."""
     return replace(system, outputs=(replace(system.outputs[0], delay=delay),))
 
 

@@ -54,7 +54,6 @@ def found(
 
 
 def content(one: DiagnosedEffect) -> dict[str, Any]:
-    """What diagnosis.json holds of it."""
     return _effect(one, {one.added.place: one.added.place.channel})
 
 

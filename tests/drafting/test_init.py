@@ -59,7 +59,6 @@ def write(folder: Path, columns: Mapping[str, str], **factors: float) -> Path:
 
 
 def columns_of(mapping: Mapping[str, Any]) -> dict[str, str]:
-    """Columns by the names of their signals."""
     return {name: signal["column"] for name, signal in mapping["signals"].items()}
 
 
@@ -452,7 +451,6 @@ def test_names_of_elements_tell_positions_from_speeds(tmp_path: Path) -> None:
 
 
 def leg(folder: Path, more: str = "") -> Path:
-    """The robot file of a leg with further elements."""
     pytest.importorskip("mujoco")
     (folder / "leg.xml").write_text(text_of("leg.xml", ("</mujoco>", f"{more}</mujoco>")))
     return folder / "leg.xml"

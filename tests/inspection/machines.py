@@ -11,8 +11,6 @@ from tests.machines.folders import Array, motion, text_of
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine with its system file."""
-
     system: str  # text of the system file
     rates: Callable[[Array, Array], Array]  # of the states, at states (states, runs) and inputs (runs,)
     states: int
@@ -88,7 +86,6 @@ Frames = dict[str, pd.DataFrame]
 
 
 def _each(frames: Frames, column: str, change: Callable[[Array, int], Array]) -> Frames:
-    """Return frames with one column changed, which gets the values and the number of the run."""
     return {
         name: frame.assign(**{column: change(frame[column].to_numpy().copy(), k)})
         for k, (name, frame) in enumerate(frames.items())
@@ -109,8 +106,6 @@ def spiked(frames: Frames, column: str, size: float, seed: int = 1) -> Frames:
 
 
 def dropped(frames: Frames, column: str, share: float = 0.05, seed: int = 2) -> Frames:
-    """Set a share of the samples to zero."""
-
     def spoil(values: Array, run: int) -> Array:
         values[np.random.default_rng([seed, run]).random(len(values)) < share] = 0.0
         return values
@@ -133,8 +128,6 @@ def emptied(frames: Frames, column: str, count: float, bits: int) -> Frames:
 
 
 def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frames:
-    """Repeat one value of a channel for some samples."""
-
     def spoil(values: Array, run: int) -> Array:
         first = start + 60 * run
         values[first : first + samples] = values[first]
@@ -148,7 +141,6 @@ def _screw(
     rates: Callable[[Array, Array], Array] = SCREW.rates,
     count: float = 2e-6,
 ) -> Frames:
-    """Return logs of the ball screw with other forces, laws or encoder."""
     rng, t = np.random.default_rng(5), SCREW.period * np.arange(1600)
     u = np.array([force(t, rng) for _ in range(4)])
     s = rounded(replace(SCREW, rates=rates).states_at(u)[0], count)

@@ -326,7 +326,6 @@ def test_a_damaged_fit_is_refused_and_nothing_overwritten(damage: Any, message: 
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """A folder with fits of one repeat."""
     RECIPE.fit(made(), FOLDS, 1, 5, tmp_path / "out")
     return tmp_path / "out"
 

@@ -49,7 +49,6 @@ def system() -> System:
 
 @cache
 def data() -> Measured:
-    """Runs with noise."""
     rng = np.random.default_rng(0)
     runs = [swing(k) for k in range(RUNS)]
     x = np.concatenate([x for x, _ in runs])

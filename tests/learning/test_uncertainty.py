@@ -112,7 +112,6 @@ def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: 
 
 @pytest.fixture(scope="module")
 def identified(clutch_logs: Path) -> Path:
-    """What the verb writes for the twelve engagements."""
     out = clutch_logs.parent / "found"
     arguments = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"out={out}")
     assert command("identify_uncertainty", *arguments, *SHORT) == 0

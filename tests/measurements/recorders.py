@@ -25,7 +25,6 @@ from unmodelled.logs.readers.reader import Table
 
 
 def tables(path: Path) -> list[Table]:
-    """The tables that are read from a file."""
     faults = Faults()
     found = read_files([path], None, faults)
     faults.check()

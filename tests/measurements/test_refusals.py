@@ -56,8 +56,6 @@ def cells(row: int, column: int, value: str, name: str = "b.csv") -> Change:
 
 
 def log(suffix: str = "csv", **columns: np.ndarray) -> Change:
-    """Replace columns of a log."""
-
     def change(folder: Path) -> None:
         write_folder(folder, {"b": {**run(), **columns}}, suffix)
         (folder / TABLE).write_text(f"id,file,m\na,a.csv,0.5\nb,b.{suffix},0.5\n")

@@ -25,7 +25,6 @@ from unmodelled.systems.model import Output, State, symbol
 
 
 def grown(system: System, *more: tuple[State, sp.Expr]) -> System:
-    """The system with further states and their rates."""
     states, rates = zip(*more, strict=True)
     return replace(system, states=(*system.states, *states), dynamics=(*system.dynamics, *rates))
 

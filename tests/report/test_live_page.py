@@ -45,7 +45,6 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def answer(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of the answer."""
     out = tmp_path_factory.mktemp("answer")
     place = where(found)
     write_json(out / "diagnosis.json", summary(found, place))
