@@ -11,8 +11,7 @@ import pytest
 from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
 from tests.diagnosis.benches import PERIOD, Bench, exact, pendulum
-from tests.diagnosis.diagnoses import told
-from tests.diagnosis.found import BENCH, friction
+from tests.diagnosis.diagnoses import BENCH, friction, told
 from tests.diagnosis.studies import HORIZON, judged
 from tests.machines.folders import Array, read_case
 from unmodelled.diagnosis.answer.figure_tables import write_tables

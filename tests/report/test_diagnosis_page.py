@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pipeline.report.equations import ELEMENTS
-from tests.diagnosis.found import BENCH, friction
+from tests.diagnosis.diagnoses import BENCH, friction
 from tests.report.case import Page
 from tests.report.test_site import check_addresses
 from unmodelled.base.errors import BadInput
