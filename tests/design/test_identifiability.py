@@ -11,7 +11,6 @@ from pipeline.rigs.slider_crank import SliderCrankCampaign
 from tests.machines.folders import Array, logs_of, system_of, text_of
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.identifiability import identifiability
-from unmodelled.design.absorption import beside_networks
 from unmodelled.design.advice import advise
 from unmodelled.design.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
 from unmodelled.logs.folder import read_logs
@@ -283,15 +282,3 @@ def test_samples_without_a_value_are_left_out(tmp_path: Path) -> None:
     result = identify_sets(*pendulum(tmp_path, RATES, text))
     assert any("samples at which a derivative has no value were left out" in n for n in result.found.notes)
     assert np.isfinite(result.found.matrix).all()
-
-
-@pytest.mark.parametrize("inputs", [1, 2, 4])
-def test_networks_take_functions_of_their_inputs_and_leave_noise(inputs: int) -> None:
-    generator = np.random.default_rng(0)
-    q, gain = generator.uniform(-1.0, 1.0, (2000, inputs)), generator.uniform(0.5, 2.0, 2000)
-    q = np.hstack([q, np.ones((2000, 1))])  # an input that never moves says nothing
-    known, noise = gain * np.sin(2.0 * q).sum(1), generator.standard_normal(2000)
-    left = beside_networks(np.stack([known, noise, known + noise], -1), [gain], [q])
-    assert np.mean(left[:, 0] ** 2) < 0.01 * np.mean(known**2)
-    assert np.mean(left[:, 1] ** 2) == pytest.approx(np.mean(noise**2), rel=0.05)
-    assert left[:, 2] == pytest.approx(left[:, 0] + left[:, 1], abs=1e-6)

@@ -12,7 +12,7 @@ from tests.diagnosis.conftest import Known
 from tests.diagnosis.studies import F_C, MGL, B, simulation_of
 from tests.machines.folders import Array, logs_of, motion, system_of, text_of
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
+from unmodelled.diagnosis.fitting.deviation import gap
 from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors
@@ -200,15 +200,6 @@ def test_derivatives_against_an_independent_integration(tmp_path: Path) -> None:
             np.testing.assert_allclose(slopes[w, k, :steps, 0], expected, atol=1e-2 * largest)
 
 
-def test_fits_are_deterministic(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench(samples=200))
-    first, second = (fit_parameters(simulation, starts=[{}, {"mgl": 2.0}]) for _ in range(2))
-    assert first.values == second.values and first.loss == second.loss
-    np.testing.assert_array_equal(first.covariance, second.covariance)
-    np.testing.assert_array_equal(first.start, second.start)
-    assert first.simulations == second.simulations > 0
-
-
 def test_bounds_hold(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench())
     tight = [replace(B, low=0.02), MGL, replace(F_C, high=0.04)]
@@ -236,17 +227,6 @@ def test_divergence_is_a_large_error(tmp_path: Path) -> None:
     assert not lost.converged or lost.gap.value < 1.0
     found = fit_parameters(simulation, [B, MGL, F_C, growing], starts=[{"grow": 10.0}, {"grow": 0.0}])
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
-
-
-def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench())
-    values = simulation.values[None, None]
-    assert substeps_needed(simulation, values)[0] == 1
-    stiff = values.copy()
-    stiff[..., simulation.names.index("creep")] = 2e-4
-    stiff[..., simulation.names.index("F_c")] = 0.06
-    assert substeps_needed(simulation, stiff)[0] > 1
-    assert fit_parameters(simulation, [MGL], iterations=1).substeps == 1
 
 
 def test_a_fit_may_end_where_an_iteration_gains_little(tmp_path: Path) -> None:

@@ -61,14 +61,6 @@ def test_numbers_of_effects_are_fitted_within_their_bounds(known: Hypothesis) ->
         assert unknown.scale == added.scales[unknown.name] and not unknown.own
 
 
-def test_shares_are_not_fitted_but_there(known: Hypothesis) -> None:
-    hypothesis = known.plus(effect("actuator_dead_zone"), TORQUE)
-    (share,) = hypothesis.effects[0].shares
-    assert names(hypothesis) == ["b", "mgl", "timing_torque", "u_d"]
-    values, before = ({p.name: p.value for p in s.parameters} for s in (hypothesis.full, hypothesis.system))
-    assert (values[share], before[share]) == (1.0, 0.0)
-
-
 def test_a_delayed_input_needs_no_timing(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("input_delay"), TORQUE)
     assert names(hypothesis) == ["b", "mgl", "T_d_torque"]
@@ -155,15 +147,6 @@ def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: FittedHypothesi
     assert 0.9 < friction.spread[0] < 1.2
     without = FittedHypothesis.of(known, recording)
     assert np.mean(np.square(without.errors[0])) > 2.0 * np.mean(np.square(r))
-
-
-def test_starts_are_known_in_fewer_windows_too(friction: FittedHypothesis) -> None:
-    few = friction.recording.thinned(5)
-    moved, sigma = friction.moved(few)
-    where = [friction.recording.start.tolist().index(k) for k in few.start]
-    np.testing.assert_allclose(moved * sigma, friction.fit.start[where])
-    expected = [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
-    assert friction.vector(friction.unknowns) == pytest.approx(expected)
 
 
 def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:

@@ -14,14 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import unmodelled as um
-from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import HORIZON, JOINT, effect, shared_study, study
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import HORIZON, JOINT, effect
 from unmodelled.diagnosis.data.levels import MOST_LEVELS, levels
 from unmodelled.diagnosis.data.study import Study, held_out
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 
-LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
 
 
@@ -69,41 +68,6 @@ def test_seeds_differ() -> None:
     drawn = {held_out(experiments, seed) for seed in range(20)}
     assert len(drawn) > 10
     assert {i for chosen in drawn for i in chosen} == set(range(12))
-
-
-pendulums = shared_study(Bench(runs=5, samples=200))
-
-
-def test_windows_of_the_learned_experiments_only(pendulums: Study) -> None:
-    assert pendulums.held_out == held_out(pendulums.logs.experiments, 0)
-    assert sorted((*pendulums.learned, *pendulums.held_out)) == list(range(5))
-    assert set(pendulums.recording.owner) == set(pendulums.learned)
-    assert pendulums.recording.steps.max() == round(pendulums.horizon / PERIOD)
-    later = Study.of(pendulums.system, pendulums.logs, pendulums.horizon, 1)
-    assert later.held_out == held_out(pendulums.logs.experiments, 1)
-
-
-def test_sizes_are_those_of_the_learned_experiments(pendulums: Study) -> None:
-    logs = pendulums.logs
-    change = np.where(np.isin(logs.owner, pendulums.held_out), 5.0, 1.0)[:, None]
-    other = replace(pendulums, logs=replace(logs, y=logs.y * change, x=logs.x * change, u=logs.u * change))
-    learned = replace(pendulums, logs=replace(logs, y=5.0 * logs.y))
-    found, same, larger = (each.scales for each in (pendulums, other, learned))
-    assert same.effort == pytest.approx(found.effort, rel=1e-12) and same.of == found.of
-    assert larger.of["theta"].rms == pytest.approx(5.0 * found.of["theta"].rms)
-    assert pendulums.scales.duration == pytest.approx(199 * PERIOD)
-
-
-@pytest.mark.parametrize(("samples", "room"), [(200, 20), (64, 6), (900, DEFAULT_THRESHOLDS.longest_delay)])
-def test_room_for_delays(tmp_path: Path, samples: int, room: int) -> None:
-    found = study(tmp_path, Bench(runs=2, samples=samples))
-    assert found.latest == pytest.approx(room * PERIOD)
-    assert found.recording.latest == pytest.approx(room)
-
-
-def test_room_for_a_delay_beside_the_known_one(tmp_path: Path) -> None:
-    found = study(tmp_path, Bench(runs=2, samples=215), LATE)
-    assert found.latest == pytest.approx((15 + 20) * PERIOD)
 
 
 @pytest.mark.parametrize("seed", range(10))

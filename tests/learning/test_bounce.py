@@ -28,7 +28,6 @@ from pipeline.cam_follower.simulation import (
     gate,
     gated,
     residual,
-    shortened,
     with_bounce,
 )
 from pipeline.stages.featurize import interface_force, on_cam
@@ -294,14 +293,6 @@ def test_where_nothing_flies_the_parameters_stay(bouncing: Campaign, tmp_path: P
     flat = detached(bouncing, np.full_like(bouncing.signals["eps"], 1e-5))
     BOUNCE.fit(flat, {"one": np.array([3])}, 1, 0, tmp_path)
     assert BOUNCE.read(tmp_path).parameters["one"] == START
-
-
-def test_a_short_campaign_holds_the_first_samples(jump_campaign: Campaign) -> None:
-    short = shortened(jump_campaign, 90)
-    lengths = np.diff(jump_campaign.offsets)
-    assert np.diff(short.offsets).tolist() == np.minimum(lengths, 90).tolist() and lengths.min() < 90
-    for i in (0, 4, 39):
-        np.testing.assert_array_equal(short[i]["omega"], jump_campaign[i]["omega"][:90])
 
 
 def test_the_network_learns_what_the_simulation_leaves(missing: Campaign, tmp_path: Path) -> None:

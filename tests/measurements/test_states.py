@@ -243,13 +243,6 @@ def test_windows_start_at_the_angle_before_the_filter(filtered: tuple[System, Lo
     assert_allclose(tables.x[0, 100:900, 1], RATE * np.cos(RATE * logs.t[100:900]), atol=0.02 * RATE)
 
 
-def test_without_the_filter_the_output_is_read_as_it_is(filtered: tuple[System, Logs]) -> None:
-    grown, logs = filtered
-    simulation = Simulation(grown.with_values({"c_y": 0.0}), Recording.of(logs, 0.1))
-    tables = simulation.reader(np.repeat(simulation.values[None, None], 2, axis=0), simulation.recording)
-    assert_allclose(tables.x[0, :, 0], logs.y[:, 0])
-
-
 def test_a_state_that_follows_another_one_is_read_from_its_own_output(filtered: tuple[System, Logs]) -> None:
     grown, _ = filtered
     (output,) = grown.outputs
