@@ -34,6 +34,10 @@ class Said:
     own: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
+#: Of the pendulum, near what it has.
+FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
+
+
 def known(folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
     """`folder`/system.yaml and `folder`/logs: four short experiments in two groups."""
     return Bench(samples=150, groups=("new", "old", "old", "new")).recorded(folder, *changes)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.diagnosis.diagnoses import Said, diagnosis
+from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis
 from tests.diagnosis.studies import JOINT, TORQUE
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.sentences import sentences
@@ -25,7 +25,6 @@ WHERE = Where(
 )
 #: What is said besides of a number that the logs determine within its bounds.
 SOUND = {"determined": True, "at_bound": False}
-FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 LOAD = Said("constant_load", replace(JOINT, factor="group", level="old"), {"F_0": 0.1})
 SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
 DRIFT = Said("drift", Place("parameter", "b"), {"b_rate": 0.001}, "parameter")
