@@ -41,8 +41,6 @@ start: {{h: {start!r}}}
 operating_point: {{load: {start!r}}}
 noise: {{h: {noise!r}}}
 """
-
-
 #: Numbers of the limits.
 GIVEN = {"low": -3.0, "high": 12.5, "rate": 40.0, "start": 2.0, "noise": 0.25}
 

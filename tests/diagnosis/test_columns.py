@@ -191,8 +191,6 @@ HUB = (
     ("dynamics:", "  hub: {effort: pull, unit: N m, velocity: omega}\ndynamics:"),
     ("- tau)/J", "- tau - pull)/J"),
 )
-
-
 rubbing = shared_study(Bench(friction=0.1, creep=1.0, samples=400))
 
 

@@ -164,8 +164,6 @@ def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesi
 #: Friction that differs from run to run.
 SCATTERED = (0.03, 0.05, 0.04, 0.065, 0.055, 0.045)
 EARLY = 0.5 * PERIOD
-
-
 rubbing = shared_study(Bench(samples=400, delay=2, groups=("new", "old", "old", "new")))
 scattered = shared_study(Bench(runs=6, friction=SCATTERED), *FRICTION)
 

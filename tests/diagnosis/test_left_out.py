@@ -26,8 +26,6 @@ FRICTIONS = (0.03, 0.09, 0.05, 0.08, 0.04, 0.1, 0.06, 0.07)
 SOMEWHAT = (0.04, 0.085, 0.055, 0.075, 0.05, 0.09, 0.06, 0.065)
 #: Smallest difference of scores that matters, nats.
 SMALL = 0.02
-
-
 #: Experiments with the same friction, whose law the file has, and with a friction of its own in every one.
 alike = shared_study(BENCH, *FRICTION)
 varied = shared_study(replace(BENCH, friction=FRICTIONS), *FRICTION)

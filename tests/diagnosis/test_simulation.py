@@ -23,8 +23,6 @@ MEMORY = (
     ("  omega: (torque", "  z: omega*(1 - z/0.01*sign(omega))\n  omega: (torque - stiff*z"),
     ("ports:", "  stiff: {value: 2.0, unit: N m/rad}\nports:"),
 )
-
-
 LONG = Bench(samples=300)
 
 

@@ -22,14 +22,7 @@ from pipeline.cam_follower.sequence.hybrid import BounceHybrid
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from pipeline.cam_follower.simulation import (
-    BounceRecipe,
-    Ensemble,
-    gate,
-    gated,
-    residual,
-    with_bounce,
-)
+from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, gate, gated, residual, with_bounce
 from pipeline.stages.featurize import interface_force, on_cam
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput

@@ -37,8 +37,6 @@ def test_it_is_power_out_by_power_in_whatever_the_motor_constant(constant: float
 
 
 U: Array = np.linspace(4.0, 15.0, 16)
-
-
 EXACT = efficiency(U, 200.0, 5.0, 0.006)
 #: Samples with noise.
 Y = EXACT + 0.01 * np.random.default_rng(0).standard_normal(len(U))

@@ -10,14 +10,7 @@ import torch
 from torch import nn
 
 from tests.machines.known import NAMES, built_in
-from tests.physics.kernel.problems import (
-    INTEGRATIONS,
-    assert_equal,
-    bare,
-    by_kernel,
-    one_run,
-    problem,
-)
+from tests.physics.kernel.problems import INTEGRATIONS, assert_equal, bare, by_kernel, one_run, problem
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration

@@ -267,8 +267,6 @@ def test_groups_of_files_are_experiments(tmp_path: Path) -> None:
 
 SIGNALS = "signals: {angle: angle, voltage: voltage}"
 HEAD = f"schema: mapping/1\nfiles: '*.csv'\ntime: t\nconstants: {{m: 1}}\n{SIGNALS}\n"
-
-
 #: Other words for parts of the mapping, and what is said of them.
 WRONG = {
     "mapping/1": {"mapping/2": "line 1: schema: must start with 'schema: mapping/1'"},

@@ -159,8 +159,6 @@ SEPARATED = f"row 1: the columns are separated by ';'; {COMMAS}"
 UNNAMED, MISSING = "row 1: must name the columns", "row 1: column angle is missing"
 CAPITAL = f"{MISSING}; there is 'Angle': rename it"
 QUOTED = "\n".join([HEADER, *('"' + line.replace(",", '","').replace(".", ",") + '"' for line in LINES)])
-
-
 PARQUET = pd.DataFrame({"id": ["a"]}).to_parquet()
 
 
@@ -181,10 +179,7 @@ LOGS: dict[str, tuple[str | bytes, ...]] = {
     "spaces": (TEXT.replace(",", " "), f"row 1: the columns are separated by spaces; {COMMAS}"),
     "semicolons and decimal commas": (SEMICOLONS.replace(".", ","), f"{SEPARATED} and decimal points"),
     "semicolons and another name": (SEMICOLONS.replace("angle", "Angle"), SEPARATED, CAPITAL),
-    "the line for Excel": (
-        "sep=;\n" + SEMICOLONS,
-        f"{UNNAMED}; row 2 does: delete row 1; {COMMAS}",
-    ),
+    "the line for Excel": ("sep=;\n" + SEMICOLONS, f"{UNNAMED}; row 2 does: delete row 1; {COMMAS}"),
     "decimal commas": (
         TEXT.replace("0.", "0,"),
         "row 2: must have 4 columns like row 1, got 6; if these are decimal commas, write decimal points",
@@ -215,10 +210,7 @@ LOGS: dict[str, tuple[str | bytes, ...]] = {
         "row 1: column t is missing; there is 'Time [s]': rename it",
         f"{MISSING}; there is 'angle (rad)': rename it",
     ),
-    "renamed": (
-        TEXT.replace("angle", "phi"),
-        f"{MISSING}; the header has 't', 'phi', 'speed', 'voltage'",
-    ),
+    "renamed": (TEXT.replace("angle", "phi"), f"{MISSING}; the header has 't', 'phi', 'speed', 'voltage'"),
     "no header": (
         "\n".join(LINES),
         "row 1: must name the columns, 't', 'voltage', 'angle'; it holds numbers: write the names above it",
