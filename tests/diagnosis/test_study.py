@@ -91,13 +91,13 @@ def test_an_input_from_a_slower_clock_has_its_own_period(tmp_path: Path) -> None
         assert timing.high == pytest.approx(0.6 * samples * logs.period)
 
 
-def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
+def levels_of(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
     return [(factor, level, members.tolist()) for factor, level, members in levels(table(**factors))]
 
 
 def test_levels_of_settings_and_groups() -> None:
     mass, group = [2, 1, 2, 1], ["new", "old", "old", "new"]
-    first, *others = found(mass=mass, group=group)
+    first, *others = levels_of(mass=mass, group=group)
     assert first == ("mass", 1.0, [1, 3]) and type(first[1]) is float  # a plain number
     assert others == [("mass", 2.0, [0, 2]), ("group", "new", [0, 3]), ("group", "old", [1, 2])]
 
@@ -105,11 +105,11 @@ def test_levels_of_settings_and_groups() -> None:
 def test_a_column_that_is_no_factor() -> None:
     """All alike, all different, or a reading rather than a setting."""
     readings = [float(i // 2) for i in range(2 * MOST_LEVELS + 2)]
-    assert [found(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
+    assert [levels_of(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
 
 
 def test_a_level_of_one_experiment_cannot_be_told_from_chance() -> None:
-    assert found(group=["a", "b", "a"]) == [("group", "a", [0, 2])]
+    assert levels_of(group=["a", "b", "a"]) == [("group", "a", [0, 2])]
 
 
 def test_rows_count_from_the_first_of_the_table() -> None:

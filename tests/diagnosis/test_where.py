@@ -175,7 +175,7 @@ def test_parameters_act_through_channels(tmp_path: Path) -> None:
 STILL = Bench(friction=0.0, noise=5e-5, runs=8)
 
 
-def found(
+def pushed(
     folder: Path, bench: Bench, push: float = 0.0, runs: tuple[int, ...] = (2,), loaded: tuple[int, ...] = ()
 ) -> LogFault | None:
     """What is said of the true pendulum without friction if runs are pushed from 0.4 to 0.6 s, N m."""
@@ -183,8 +183,8 @@ def found(
     logs, known = bench.logs(folder / "logs", system), exact(system)
     load = [run in loaded for run in range(len(logs))]
     logs = replace(logs, experiments=logs.experiments.assign(load=np.array(load, float)))
-    pushed = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
-    logs = prepare(known, replace(logs, u=logs.u - push * pushed[:, None]))
+    during = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
+    logs = prepare(known, replace(logs, u=logs.u - push * during[:, None]))
     return push_of(known, logs)
 
 
@@ -194,7 +194,7 @@ def push_of(known: System, logs: Logs) -> LogFault | None:
 
 @pytest.mark.parametrize("push", [0.3, -0.6])
 def test_a_push_is_told_with_time_and_size(tmp_path: Path, push: float) -> None:
-    fault = found(tmp_path, STILL, push)
+    fault = pushed(tmp_path, STILL, push)
     assert fault is not None and not fault.decides
     assert (fault.channels, fault.problem, fault.experiments) == (("joint",), "outside_force", ("run2",))
     # an effort takes power out of the system, a push in the direction of the motion puts it in
@@ -205,7 +205,7 @@ def test_a_push_is_told_with_time_and_size(tmp_path: Path, push: float) -> None:
 
 
 def test_two_of_eight_runs_are_pushed(tmp_path: Path) -> None:
-    fault = found(tmp_path, STILL, 0.5, (1, 6))
+    fault = pushed(tmp_path, STILL, 0.5, (1, 6))
     assert fault is not None and fault.experiments == ("run1", "run6")
     assert "needs so much. It looks like an outside force" in fault.sentence
 
@@ -216,19 +216,19 @@ def test_two_of_eight_runs_are_pushed(tmp_path: Path) -> None:
 def test_what_all_pushed_runs_and_no_others_share_is_told(
     tmp_path: Path, loaded: tuple[int, ...], told: str
 ) -> None:
-    fault = found(tmp_path, STILL, 0.5, (1, 6), loaded)
+    fault = pushed(tmp_path, STILL, 0.5, (1, 6), loaded)
     assert fault is not None and f"none needs so much. {told}" in fault.sentence
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("bench", [STILL, replace(STILL, friction=0.06), replace(STILL, dead_zone=0.1)])
 def test_what_belongs_to_the_machine_is_no_outside_force(tmp_path: Path, bench: Bench, seed: int) -> None:
-    assert found(tmp_path, replace(bench, seed=seed)) is None
+    assert pushed(tmp_path, replace(bench, seed=seed)) is None
 
 
 def test_a_run_that_differs_throughout_was_not_pushed(tmp_path: Path) -> None:
     supply = (1.0,) * 7 + (1.5,)
-    assert found(tmp_path, replace(STILL, supply=supply)) is None
+    assert pushed(tmp_path, replace(STILL, supply=supply)) is None
 
 
 def test_a_fault_of_a_few_samples_is_no_outside_force(tmp_path: Path) -> None:
