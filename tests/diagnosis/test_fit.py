@@ -80,16 +80,6 @@ def test_spikes_and_a_run_gone_wrong_do_little_harm(tmp_path: Path) -> None:
     assert found.values["F_c"] == pytest.approx(0.06, rel=0.25)
 
 
-@pytest.mark.parametrize("name", ["theta", "torque"])
-def test_a_delay(tmp_path: Path, name: str) -> None:
-    system, logs = Bench(delay=5).recorded(tmp_path, *FRICTION)
-    simulation = Simulation(system, Recording.of(logs, 0.1, latest=0.02), {"lag": name})
-    found = fit_parameters(simulation, [B, MGL, F_C, Unknown("lag", 0.0, 0.02, 0.002)])
-    assert found.converged
-    assert found.values["lag"] == pytest.approx(5 * PERIOD, abs=2e-4)
-    assert found.left.value < 1.1 * rough(simulation)
-
-
 def test_a_value_for_every_experiment(tmp_path: Path) -> None:
     planted = (0.02, 0.04, 0.06, 0.08)
     simulation = simulation_of(tmp_path, Bench(friction=planted))

@@ -3,7 +3,6 @@
 import shlex
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -210,17 +209,6 @@ def test_columns_with_odd_names_are_read_by_what_is_written(
     logs = read_logs(tmp_path, system)
     np.testing.assert_allclose(logs.y[:, 0], np.concatenate([log["angle"] for log in LOGS]), atol=1e-12)
     assert all(line.isprintable() for line in capsys.readouterr().out.splitlines())
-
-
-def test_commands_in_the_names_of_a_file_do_not_reach_the_terminal(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        for name, own in (("t", "t"), ("theta \x1b]0;x\x07", "angle"), ("noise \x1b[2J", "torque")):
-            file[name] = LOGS[0][own]
-    init(tmp_path / "a.h5", None, None, None)
-    told = capsys.readouterr().out
-    assert "\x1b" not in told and r"theta \x1b]0;x\x07" in told
 
 
 def test_a_file_whose_name_has_control_characters_is_left_out(tmp_path: Path) -> None:
