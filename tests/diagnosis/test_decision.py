@@ -96,18 +96,6 @@ def test_differences_by_chance_are_significant_in_one_case_of_twenty(parts: int)
     assert share == pytest.approx(0.05, abs=0.015)
 
 
-@pytest.mark.long
-def test_scores_of_left_out_parts_are_on_one_scale(rubbing: Candidates, flawless: Candidates) -> None:
-    """ln 2 is the score of errors that are as large as the noise."""
-    assert rubbing.scores.shape == (5, FEWEST_PARTS)
-    assert np.log(2.0) - 0.2 < rubbing.scores[1].mean() < np.log(2.0) + 0.7
-    assert abs(rubbing.scores[1].mean() - flawless.scores[0].mean()) < 0.5
-    assert rubbing.scores[0].mean() > rubbing.scores[1].mean() + 2.0
-    assert rubbing.remaining[0] == 1.0 and rubbing.remaining[1] < 0.3
-    expected = np.exp(0.5 * (rubbing.scores.mean(1) - rubbing.scores[0].mean()))
-    assert rubbing.remaining == pytest.approx(expected)
-
-
 def test_the_planted_effect_is_named_and_no_further_one(rubbing: Candidates) -> None:
     assert rubbing.named() == 1
     assert rubbing.promising(1)[0] == 1 and rubbing.promising(2) == [4] and rubbing.promising(0) == [0]

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
-from tests.diagnosis.studies import HORIZON, JOINT, effect, study
+from tests.diagnosis.studies import HORIZON, JOINT, study
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
-from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.preparation import prepare
 
@@ -208,27 +206,6 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
     assert "sensor_delay at sensor:theta" in (named, *others)
     late_by = found.augmented.system.outputs[0].delay + found.augmented.system.inputs[0].delay
     assert late_by == pytest.approx(0.012, abs=5e-4)
-
-
-@pytest.mark.long
-def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
-    told: list[str] = []
-    search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2, told.append)
-    candidates = search.run()
-    named = candidates.fits[candidates.named()]
-    effects = frozenset((e.added.family, e.added.variant, e.added.place) for e in friction.effects)
-    assert named.hypothesis.key == effects
-    assert candidates.fits[0] is search.base and search.base.hypothesis.key == frozenset()
-    assert max(map(len, search.around)) == 1
-    assert told[0] == "re-identify the known physics"
-    before = len(search.found)
-    (added,) = named.hypothesis.effects
-    assert search.without(named, added) is search.base and len(search.found) == before
-    drag = search.base.hypothesis.plus(effect("quadratic_drag"), JOINT)
-    both = FittedHypothesis.of(drag.plus(effect("coulomb_friction"), JOINT), search.fitted)
-    search.found.pop(drag.key, None)
-    again = search.without(both, both.hypothesis.effects[1])
-    assert again.hypothesis.key == drag.key and search.found[drag.key].fitted is again
 
 
 @pytest.mark.long
