@@ -1,6 +1,4 @@
-"""Which parameters can be identified together, on systems where the answer is known."""
-
-from __future__ import annotations
+"""Which parameters can be identified together, alone and beside networks, where the answer is known."""
 
 import json
 from pathlib import Path
@@ -10,8 +8,7 @@ import pandas as pd
 import pytest
 
 from pipeline.rigs.slider_crank import SliderCrankCampaign
-from tests.design.motions import RATES, acceleration_of, motion, read
-from tests.machines.folders import Array, text_of
+from tests.machines.folders import Array, logs_of, system_of, text_of
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.identifiability import identifiability
 from unmodelled.design.advice import advise
@@ -20,6 +17,29 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
+
+#: Rates of three sines, rad/s.
+RATES = (1.3, 3.1, 7.7)
+
+
+def motion(rates: tuple[float, ...], start: float) -> tuple[Array, Array, Array, Array]:
+    """Time, position, velocity and acceleration of a sum of sines, each as large in velocity."""
+    t = np.arange(0.0, 6.0, 0.004)
+    w, size = np.array(rates)[:, None], 2.0 / len(rates)
+    phase = w * t + start * (1.0 + np.arange(len(rates)))[:, None]
+    x, v, a = (size / w * np.sin(phase), size * np.cos(phase), -size * w * np.sin(phase))
+    return t, x.sum(0), v.sum(0), a.sum(0)
+
+
+def acceleration_of(rates: tuple[float, ...]) -> float:
+    """Root mean square acceleration of the motions that start at 0.2 and at 1.1."""
+    return float(np.sqrt(np.mean([motion(rates, start)[3] ** 2 for start in (0.2, 1.1)])))
+
+
+def read(folder: Path, text: str, logs: list[dict[str, Array]]) -> tuple[System, Logs]:
+    system = system_of(text, folder)
+    return system, logs_of(system, folder, logs)
+
 
 Judged = tuple[System, Identifiability]
 SLIDER_CRANK = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"
@@ -196,3 +216,69 @@ def test_the_stage_refuses_wrong_types(key: str, value: object, bench: Path, tmp
     with pytest.raises(BadInput, match=f"^{key}: must be"):
         identifiability(SLIDER_CRANK, bench, **arguments, out=tmp_path / "out")  # type: ignore[arg-type]
     assert not (tmp_path / "out").exists()
+
+
+PENDULUM = text_of("weighted_pendulum.yaml")
+
+
+def pendulum(folder: Path, rates: tuple[float, ...], text: str = PENDULUM) -> tuple[System, Logs]:
+    """Runs whose load tau = 0.3 omega the model leaves out."""
+    logs = []
+    for start in (0.2, 1.1):
+        t, x, v, a = motion(rates, start)
+        torque = 0.5 * a + 2.0 * np.sin(x) + 0.3 * v
+        logs.append({"t": t, "theta": x, "omega": v, "torque": torque})
+    return read(folder, text, logs)
+
+
+def test_a_network_absorbs_gravity_but_not_inertia(tmp_path: Path) -> None:
+    system, logs = pendulum(tmp_path, RATES)
+    result = identify_sets(system, logs)
+    assert result.absorbed == ("weight",)
+    assert result.unabsorbed["J"] > 0.2
+    assert [s.names for s in result.sets if s.with_network] == [("J",)]
+    sentences = advise(system, result)
+    assert any(s.startswith("weight is absorbed by the network in port joint") for s in sentences)
+    assert any(s.startswith("{J, weight}, marked in the system file, cannot") for s in sentences)
+
+
+def test_a_network_absorbs_inertia_where_the_motion_says_it_all(tmp_path: Path) -> None:
+    """One sine: the acceleration is a function of the position."""
+    result = identify_sets(*pendulum(tmp_path, (3.1,)))
+    assert result.absorbed == ("J", "weight")
+    assert not any(s.with_network for s in result.sets)
+    assert result.judge(("J",)).collinearity_with_network == COLLINEAR
+
+
+def test_the_effort_is_what_the_logs_need(tmp_path: Path) -> None:
+    system, logs = pendulum(tmp_path, RATES)
+    load = 0.3 * np.sqrt(np.mean(logs.x[:, 1] ** 2))
+    expected = load / 0.5 / acceleration_of(RATES)
+    assert identify_sets(system, logs).norms["tau"] == pytest.approx(expected, rel=0.02)
+
+
+def test_an_effort_that_enters_nonlinearly_is_found_too(tmp_path: Path) -> None:
+    text = PENDULUM.replace("- tau)/J", "- (tau + tau**3))/J").replace("unit: N m,", "unit: '',")
+    text = text.replace(", velocity: omega}", "}")
+    for unit in ("rad/s", "rad", "N m", "kg m^2"):
+        text = text.replace(f"unit: {unit}", "unit: ''")
+    system, logs = pendulum(tmp_path, RATES, text)
+    load = 0.3 * logs.x[:, 1]
+    tau = np.array([np.real(r[np.abs(r.imag) < 1e-9][0]) for r in (np.roots([1, 0, 1, -f]) for f in load)])
+    expected = np.sqrt(np.mean(((1.0 + 3.0 * tau**2) / 0.5) ** 2) * np.mean(tau**2))
+    found = identify_sets(system, logs).norms["tau"]
+    assert found == pytest.approx(expected / acceleration_of(RATES), rel=0.03)
+
+
+def test_two_ports_with_the_same_effect_are_no_fault_of_the_parameters(tmp_path: Path) -> None:
+    text = PENDULUM.replace("dynamics:", "  second: {effort: mu, unit: N m, position: theta}\ndynamics:")
+    result = identify_sets(*pendulum(tmp_path, RATES, text.replace("- tau)", "- tau - mu)")))
+    assert result.correlation_of("tau", "mu") == pytest.approx(1.0)
+    assert result.judge(("J",)).both
+
+
+def test_samples_without_a_value_are_left_out(tmp_path: Path) -> None:
+    text = PENDULUM.replace("weight*sin(theta)", "weight*sqrt(theta + 0.5)")
+    result = identify_sets(*pendulum(tmp_path, RATES, text))
+    assert any("samples at which a derivative has no value were left out" in n for n in result.found.notes)
+    assert np.isfinite(result.found.matrix).all()

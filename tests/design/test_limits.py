@@ -1,7 +1,5 @@
 """Limits are in the units of the columns: what is written for a machine keeps them, in every unit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +13,9 @@ from tests.machines.folders import changed, system_of, text_of
 from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
-from unmodelled.design.limits import Limits, Range, far_from_logs, read_limits
+from unmodelled.design.limits import Limits, far_from_logs, read_limits
 from unmodelled.design.plan_content import _effect, _size, effects_table
-from unmodelled.design.planned import default_inputs, read_inputs
+from unmodelled.design.planned import read_inputs
 from unmodelled.design.runs import write_experiment
 from unmodelled.design.signals import FAMILIES
 from unmodelled.design.visible import Visible
@@ -43,8 +41,6 @@ start: {{h: {start!r}}}
 operating_point: {{load: {start!r}}}
 noise: {{h: {noise!r}}}
 """
-
-
 #: Numbers of the limits.
 GIVEN = {"low": -3.0, "high": 12.5, "rate": 40.0, "start": 2.0, "noise": 0.25}
 
@@ -188,12 +184,6 @@ def test_a_temperature_without_a_start_is_asked_for(tank: System, tmp_path: Path
     assert read_limits(tmp_path / "limits.yaml", tank).start == {}
 
 
-def test_zero_of_a_scale_is_where_its_signals_rest() -> None:
-    celsius = LoggedUnit("degC", 1.0, 273.15)
-    assert Range(-10.0, 30.0).in_si(celsius).rest == pytest.approx(273.15)
-    assert Range(18.0, 22.0, 0.5).in_si(celsius) == Range(291.15, 295.15, 0.5, 291.15)
-
-
 def test_limits_in_another_unit_than_the_logs_are_a_note(tank: System, tmp_path: Path) -> None:
     system = in_unit(tank, "degC")
     t = 0.02 * np.arange(100)
@@ -213,17 +203,6 @@ travel: {T: {low: 5, high: 80, speed: 2}}
 start: {T: 20}
 noise: {T: 0.02}
 """
-
-
-def test_planned_experiments_are_written_in_the_units_of_the_user(tmp_path: Path) -> None:
-    system = system_of(text_of("heated_room.yaml"), tmp_path)
-    (tmp_path / "limits.yaml").write_text(OF_THE_ROOM)
-    limits = read_limits(tmp_path / "limits.yaml", system)
-    for name, u in default_inputs(system, limits, 0).items():
-        write_experiment(u, system, limits, tmp_path / f"{name}.csv")
-        table = pd.read_csv(tmp_path / f"{name}.csv")
-        assert table["P"].between(0.0, 3.0).all() and table["T_out"].between(18.0, 22.0).all()
-        assert table["valve"].between(-90.0, 90.0).all() and table["valve"].abs().max() > 1.0
 
 
 @pytest.mark.long

@@ -1,7 +1,5 @@
 """The next experiment: two laws that are alike on the logs are told apart, within the limits."""
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Iterator
@@ -170,7 +168,6 @@ def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str
 
 
 def edits(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Places in the content of a JSON file."""
     match content:
         case dict():
             items = list(content.items())

@@ -1,7 +1,5 @@
 """A pendulum whose faults are known, for the tests of the diagnosis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,31 +24,21 @@ def pendulum(folder: Path, *changes: tuple[str, str], text: str = TEXT) -> Syste
 
 @dataclass(frozen=True)
 class Bench:
-    """What is true: b and mgl are not those of the file, friction is missing there.
-
-    Attributes:
-        friction: of all runs, or one for each. ripple: torque with twelve periods per turn, N m.
-        memory: stiffness (N m/rad) of a spring, and time (s) after which it gives way.
-        supply: gain of the torque, of all runs or one for each. dead_zone: of the torque, N m. limit: of the
-            torque, N m.
-        noise: of the angle, rad. delay: of the sensor, in samples.
-        missed: angle that the sensor loses after a third of a run, rad.
-        groups: of the runs, if they are in groups.
-    """
+    """What is true: b and mgl are not those of the file, friction is missing there."""
 
     b: float = 0.015
     mgl: float = 1.2
-    friction: float | tuple[float, ...] = 0.06
+    friction: float | tuple[float, ...] = 0.06  # of all runs, or one for each
     creep: float = 0.05
-    ripple: float = 0.0
-    memory: tuple[float, float] = (0.0, 1.0)
-    supply: float | tuple[float, ...] = 1.0
-    dead_zone: float = 0.0
-    limit: float = np.inf
-    noise: float = 2e-4
+    ripple: float = 0.0  # torque with twelve periods per turn, N m
+    memory: tuple[float, float] = (0.0, 1.0)  # stiffness (N m/rad) of a spring, time (s) until it gives way
+    supply: float | tuple[float, ...] = 1.0  # gain of the torque, of all runs or one for each
+    dead_zone: float = 0.0  # of the torque, N m
+    limit: float = np.inf  # of the torque, N m
+    noise: float = 2e-4  # of the angle, rad
     gain: float = 1.0
-    delay: int = 0
-    missed: float = 0.0
+    delay: int = 0  # of the sensor, in samples
+    missed: float = 0.0  # angle that the sensor loses after a third of a run, rad
     groups: tuple[str, ...] = ()
     runs: int = 4
     samples: int = 500

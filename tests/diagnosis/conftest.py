@@ -1,12 +1,9 @@
 """Virtual benches that several tests of the diagnosis look at, and what is true of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
-from pipeline.rigs.pendulum import PendulumCampaign
 from tests.diagnosis.benches import pendulum
 from tests.machines.folders import read_case
 from unmodelled.logs.logs import Logs
@@ -42,19 +39,4 @@ def slider_crank(tmp_path_factory: pytest.TempPathFactory) -> Known:
     )
     pendulum(folder, *changes, text=(SYSTEMS / "slider_crank.yaml").read_text())
     SliderCrankCampaign(spring=False, profiles=[3, 5, 8], samples=600).write(folder / "logs", 0)
-    return read_case(folder)
-
-
-@pytest.fixture(scope="session")
-def pendulum_bench(tmp_path_factory: pytest.TempPathFactory) -> Known:
-    """The bench of `rigs.pendulum`, and the system with its friction."""
-    folder = tmp_path_factory.mktemp("pendulum")
-    rig = PendulumCampaign(runs=4, duration=2.0)
-    changes = (
-        ("velocity: omega}", f"velocity: omega, law: {rig.coulomb}*tanh(omega/creep)}}"),
-        ("ports:", f"  creep: {{value: {rig.creep}, unit: rad/s}}\nports:"),
-        ("value: 0.01,", f"value: {rig.damping},"),
-    )
-    pendulum(folder, *changes, text=(SYSTEMS / "pendulum.yaml").read_text())
-    rig.write(folder / "logs", 0)
     return read_case(folder)

@@ -2,12 +2,10 @@
 
     python -m tests.diagnosis.discoveries [first] [last]
 
-Carts on a spring with one planted force each, as in `test_discovered`, with sizes drawn anew for every
+Carts on a spring with one planted force each, as in `test_carts`, with sizes drawn anew for every
 number. A formula predicts as well as the truth if its gap on held-out experiments is at most 1.1 times the
 noise floor.
 """
-
-from __future__ import annotations
 
 import sys
 import tempfile
@@ -16,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.diagnosis.test_discovered import CART, Force, record
+from tests.diagnosis.test_carts import CART, Force, record
 from tests.machines.folders import diagnosed
 
 #: Planted forces, N, by size: of terms that are tried, of other forms, and of the library.
@@ -48,7 +46,6 @@ KINDS = {"term": TERMS, "other": OTHERS, "library": LIBRARY}
 
 
 def main(first: int, last: int) -> None:
-    """Diagnose the carts of some numbers, and print what was said."""
     for number in range(first, last):
         for kind, forces in KINDS.items():
             size = float(np.exp(np.random.default_rng([number, len(kind)]).uniform(-0.5, 0.5)))

@@ -1,7 +1,5 @@
 """Small machines in which any effect of the library can be planted, and their logs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -53,11 +51,7 @@ def plant(
 ) -> None:
     """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it.
 
-    Args:
-        folder: folder that is made.
-        effect: effect to plant.
-        ids: ids of the experiments; default: run0, run1 and so on.
-        numbers: values of some numbers of the law; default: a size that can be seen of every number.
+    `numbers` of the law that are not given have a size that can be seen.
     """
     ids = ids or (GROUPED if effect.at_levels else IDS)
     groups = [GROUPS[k % len(GROUPS)] for k in range(len(ids))]

@@ -5,8 +5,6 @@
 `folder` holds <machine>/logs, as `acquire source=<machine>` writes them; names are machines, default: all.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A rod on a pin as MJCF and as URDF, and logs of it with dry friction and a rotor, simulated by MuJoCo."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

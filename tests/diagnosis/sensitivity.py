@@ -8,8 +8,6 @@ with other thresholds. So the fits, and which candidates are fitted at all, are 
 thresholds, and the gate of the held-out experiments is left out.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """Studies of pendulums whose faults are known, and fits of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -52,13 +50,11 @@ def shared_study(bench: Bench, *changes: tuple[str, str]) -> Callable[[pytest.Te
 
 
 def effect(family: str, variant: str = "") -> Effect:
-    """Of the library."""
     (found,) = (e for e in effects() if (e.family, e.variant) == (family, variant))
     return found
 
 
 def scales_of(system: System, logs: Logs) -> Scales:
-    """Sizes of all quantities in the logs."""
     return Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
 
 

@@ -1,17 +1,13 @@
 """The augmented system as a file: it simulates the user's own folder with the gap that was reported."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis
+from tests.diagnosis.diagnoses import FRICTION, HELD_OUT, Said, diagnosis
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE
-from unmodelled.base.files import read_json
-from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.place import Place
@@ -20,9 +16,7 @@ from unmodelled.systems.reader import read_system
 
 pytestmark = pytest.mark.long
 
-FRICTION = {"F_c": 0.06, "v_c": 0.05}
-COULOMB = Said("coulomb_friction", JOINT, FRICTION)
-GROUP = Said("coulomb_friction", replace(JOINT, factor="group", level="old"), FRICTION)
+GROUP = replace(FRICTION, place=replace(JOINT, factor="group", level="old"))
 DAHL = Said("hysteresis", JOINT, {"F_h": 0.05, "x_h": 0.01}, "dahl")
 ORDER = Said("drift", JOINT, {"F_n": 0.02}, "load_by_order")
 SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
@@ -35,7 +29,7 @@ PLAY = Said("backlash", JOINT, {"m_b": 0.002}, "load")
 
 CASES: dict[str, tuple[list[Said], float]] = {
     "nothing": ([], 0.0),
-    "coulomb": ([COULOMB], 0.0),
+    "coulomb": ([FRICTION], 0.0),
     "group": ([GROUP], 0.0),
     "memory": ([DAHL], -0.0004),
     "order": ([ORDER], 0.0),
@@ -43,7 +37,7 @@ CASES: dict[str, tuple[list[Said], float]] = {
     "late_input": ([LATE], 0.0),
     "late_sensor": ([SENSOR, GAIN], 0.0007),
     "lag": ([LAG], 0.0),
-    "inertia": ([MASS, COULOMB], 0.0),
+    "inertia": ([MASS, FRICTION], 0.0),
     "play": ([PLAY], 0.0),
     "many": ([GROUP, SCATTER, ORDER, DAHL], -0.0004),
 }
@@ -66,19 +60,6 @@ def test_simulating_the_file_on_the_users_folder_gives_the_gap_that_was_reported
     assert free_runs(system, stored, HORIZON, HELD_OUT).value == reported
 
 
-def test_the_verb_simulate_takes_it_and_a_part_of_the_folder(tmp_path: Path) -> None:
-    found = diagnosis(tmp_path, *CASES["many"][0])
-    write_augmented(found, tmp_path / "out")
-    table = pd.read_csv(tmp_path / "logs" / "experiments.csv")
-    table.iloc[list(HELD_OUT)].to_csv(tmp_path / "logs" / "experiments.csv", index=False)
-    simulate(tmp_path / "out" / FILE, tmp_path / "logs", HORIZON, tmp_path / "simulation")
-    simulated = read_json(tmp_path / "simulation" / "simulation.json")["outputs"]["theta"]["rmse"]
-    # the speed is differentiated from the angles of fewer experiments, with a width of its own, and the scale
-    # is theirs too: the errors in rad are the same
-    gap = found.augmented.gap
-    assert simulated == pytest.approx(gap.per_output["theta"] * gap.scale["theta"], rel=0.02)
-
-
 def test_what_a_new_experiment_has(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, GROUP, SCATTER, ORDER)
     constants = {c.name: c for c in augmented_system(found).operating_point}
@@ -98,7 +79,7 @@ def test_what_a_new_experiment_has(tmp_path: Path) -> None:
 
 
 def test_what_rounding_puts_beyond_a_bound_is_read(tmp_path: Path) -> None:
-    found = diagnosis(tmp_path, COULOMB)
+    found = diagnosis(tmp_path, FRICTION)
     system = found.augmented.system.with_values({"b": 0.1 + 2e-17, "F_c": -1e-18})
     assert system.values[1] > 0.1
     write_augmented(replace(found, augmented=replace(found.augmented, system=system)), tmp_path / "out")
@@ -107,7 +88,7 @@ def test_what_rounding_puts_beyond_a_bound_is_read(tmp_path: Path) -> None:
 
 
 def test_the_known_physics_and_its_words_are_kept(tmp_path: Path) -> None:
-    found = diagnosis(tmp_path, COULOMB)
+    found = diagnosis(tmp_path, FRICTION)
     write_augmented(found, tmp_path / "out")
     system = read_system(tmp_path / "out" / FILE)
     assert system.text["dynamics.omega"] == "(torque - b*omega - mgl*sin(theta) - tau)/J"

@@ -1,7 +1,5 @@
 """The confidence is counted on the committed rows of the benchmark."""
 
-from __future__ import annotations
-
 import json
 from collections import defaultdict
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Planted laws of drives: limits, gains, friction that warms up, held inputs, play in a coupling."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Fits recover what was planted, with right derivatives, starts, bounds and step sizes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,18 +12,12 @@ from tests.diagnosis.conftest import Known
 from tests.diagnosis.studies import F_C, MGL, B, simulation_of
 from tests.machines.folders import Array, logs_of, motion, system_of, text_of
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
+from unmodelled.diagnosis.fitting.deviation import gap
 from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
-from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
-
-GAIN = (
-    ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, expression: theta + k*theta}\nparameters:"),
-    ("ports:", "  k: {value: 0.0, unit: '1', identify: true, bounds: [-0.5, 0.5]}\nports:"),
-)
 
 
 def errors_of(found: ParameterFit, truth: dict[str, float]) -> Array:
@@ -88,23 +80,6 @@ def test_spikes_and_a_run_gone_wrong_do_little_harm(tmp_path: Path) -> None:
     assert found.values["F_c"] == pytest.approx(0.06, rel=0.25)
 
 
-@pytest.mark.parametrize("name", ["theta", "torque"])
-def test_a_delay(tmp_path: Path, name: str) -> None:
-    system, logs = Bench(delay=5).recorded(tmp_path, *FRICTION)
-    simulation = Simulation(system, Recording.of(logs, 0.1, latest=0.02), {"lag": name})
-    found = fit_parameters(simulation, [B, MGL, F_C, Unknown("lag", 0.0, 0.02, 0.002)])
-    assert found.converged
-    assert found.values["lag"] == pytest.approx(5 * PERIOD, abs=2e-4)
-    assert found.left.value < 1.1 * rough(simulation)
-
-
-def test_a_gain_of_the_sensor(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench(gain=1.1), *GAIN)
-    found = fit_parameters(simulation)
-    assert found.values["k"] == pytest.approx(0.1, abs=3e-3)
-    assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
-
-
 def test_a_value_for_every_experiment(tmp_path: Path) -> None:
     planted = (0.02, 0.04, 0.06, 0.08)
     simulation = simulation_of(tmp_path, Bench(friction=planted))
@@ -115,14 +90,6 @@ def test_a_value_for_every_experiment(tmp_path: Path) -> None:
     assert (np.abs(np.array(list(found.own["F_c"].values())) - planted) < 4.0 * sigma).all()
     shared = fit_parameters(simulation, [B, MGL, F_C])
     assert shared.gap.value > 2.0 * found.gap.value
-
-
-def test_some_runs_only(tmp_path: Path) -> None:
-    system, logs = Bench(friction=(0.02, 0.04, 0.06, 0.08)).recorded(tmp_path, *FRICTION)
-    simulation = Simulation(system, Recording.of(logs, 0.1, runs=[3, 1]))
-    found = fit_parameters(simulation, [B, MGL, replace(F_C, own=True)])
-    assert found.own["F_c"] == pytest.approx({"run1": 0.04, "run3": 0.08}, abs=3e-3)
-    assert set(found.gap.per_experiment) == {"run1", "run3"}
 
 
 def test_the_best_of_several_starts_goes_on(tmp_path: Path) -> None:
@@ -155,14 +122,6 @@ def test_states_that_no_output_shows(tmp_path: Path) -> None:
     found = fit_parameters(simulation, [Unknown("stiff", 0.0, 5.0, 0.3), Unknown("lag", 0.01, 1.0, 0.1)])
     assert found.values == pytest.approx({"stiff": 0.5, "lag": 0.05}, rel=0.05)
     assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
-
-
-def test_what_data_do_not_tell_has_no_interval(tmp_path: Path) -> None:
-    number = ("ports:", "  idle: {value: 1.0, unit: '1'}\nports:")
-    simulation = simulation_of(tmp_path, Bench(), number)
-    found = fit_parameters(simulation, [B, Unknown("idle", 0.0, 2.0, 1.0)])
-    assert found.values["idle"] == 1.0
-    assert np.isinf(found.covariance[1, 1]) and np.isfinite(found.covariance[0, 0])
 
 
 def test_a_system_whose_sensor_shows_no_state_by_itself(tmp_path: Path) -> None:
@@ -231,42 +190,6 @@ def test_derivatives_against_an_independent_integration(tmp_path: Path) -> None:
             np.testing.assert_allclose(slopes[w, k, :steps, 0], expected, atol=1e-2 * largest)
 
 
-def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
-    rng = np.random.default_rng(0)
-    windows, samples, each, states = 4, 9, 2, 2
-    r, moved = rng.normal(size=(windows, samples, 1)), rng.normal(size=(windows, states))
-    slopes = rng.normal(size=(windows, each + states, samples, 1))
-    weight = rng.uniform(0.5, 2.0, r.shape)
-    entry = np.stack([np.zeros(windows, np.int64), 1 + np.arange(windows) // 2], axis=1)
-    prior, here = np.array([0.0, 2.0, 0.0]), np.array([0.3, -0.7, 0.1])
-    normal = NormalEquations.of(r, slopes, weight, moved, entry, prior)
-    free = np.full(3, np.inf)
-    there, moves = normal.step(0.0, here, (-free, free))
-    rows, right = [], []
-    for w in range(windows):
-        full = np.zeros((samples + states, 3 + windows * states))
-        root, own = np.sqrt(weight[w]), 3 + w * states + np.arange(states)
-        full[:samples, entry[w]] = root * slopes[w, :each, :, 0].T
-        full[:samples, own] = root * slopes[w, each:, :, 0].T
-        full[samples:, own] = np.eye(states)
-        rows.append(full)
-        right.append(np.concatenate([root[:, 0] * r[w, :, 0], moved[w]]))
-    rows.append(np.sqrt(2.0) * np.eye(3 + windows * states)[[1]])
-    right.append(np.sqrt(2.0) * here[[1]])
-    solution = -np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
-    np.testing.assert_allclose(there, here + solution[:3], rtol=1e-9)
-    np.testing.assert_allclose(moves.ravel(), solution[3:], rtol=1e-9)
-
-
-def test_fits_are_deterministic(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench(samples=200))
-    first, second = (fit_parameters(simulation, starts=[{}, {"mgl": 2.0}]) for _ in range(2))
-    assert first.values == second.values and first.loss == second.loss
-    np.testing.assert_array_equal(first.covariance, second.covariance)
-    np.testing.assert_array_equal(first.start, second.start)
-    assert first.simulations == second.simulations > 0
-
-
 def test_bounds_hold(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench())
     tight = [replace(B, low=0.02), MGL, replace(F_C, high=0.04)]
@@ -294,17 +217,6 @@ def test_divergence_is_a_large_error(tmp_path: Path) -> None:
     assert not lost.converged or lost.gap.value < 1.0
     found = fit_parameters(simulation, [B, MGL, F_C, growing], starts=[{"grow": 10.0}, {"grow": 0.0}])
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
-
-
-def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench())
-    values = simulation.values[None, None]
-    assert substeps_needed(simulation, values)[0] == 1
-    stiff = values.copy()
-    stiff[..., simulation.names.index("creep")] = 2e-4
-    stiff[..., simulation.names.index("F_c")] = 0.06
-    assert substeps_needed(simulation, stiff)[0] > 1
-    assert fit_parameters(simulation, [MGL], iterations=1).substeps == 1
 
 
 def test_a_fit_may_end_where_an_iteration_gains_little(tmp_path: Path) -> None:

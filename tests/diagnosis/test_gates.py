@@ -1,7 +1,5 @@
 """What leaves an answer: read back, with possible numbers, and no worse over whole runs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis, known, told
+from tests.diagnosis.diagnoses import FRICTION, HELD_OUT, Said, diagnosis, known, told
 from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, scales_of
 from tests.machines.folders import text_of
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
@@ -28,7 +26,6 @@ from unmodelled.systems.model import Constant
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import Key, numbers
 
-FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 UNITS = {"theta": "rad"}
 
 

@@ -1,17 +1,22 @@
-"""What a model with effects consists of, and what of it is fitted."""
+"""What a model with effects consists of, what of it is fitted, and the model that it leaves."""
 
-from __future__ import annotations
-
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
+from tests.diagnosis.benches import FRICTION, PERIOD, Bench
+from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, shared_study, study
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.fitting import deviation
+from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model, values_per_experiment
 from unmodelled.effects.place import Place
+from unmodelled.logs.clock import delayed
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.01}\nparameters:")
 GROUPS = ("new", "old", "old", "new")
@@ -56,14 +61,6 @@ def test_numbers_of_effects_are_fitted_within_their_bounds(known: Hypothesis) ->
         assert unknown.scale == added.scales[unknown.name] and not unknown.own
 
 
-def test_shares_are_not_fitted_but_there(known: Hypothesis) -> None:
-    hypothesis = known.plus(effect("actuator_dead_zone"), TORQUE)
-    (share,) = hypothesis.effects[0].shares
-    assert names(hypothesis) == ["b", "mgl", "timing_torque", "u_d"]
-    values, before = ({p.name: p.value for p in s.parameters} for s in (hypothesis.full, hypothesis.system))
-    assert (values[share], before[share]) == (1.0, 0.0)
-
-
 def test_a_delayed_input_needs_no_timing(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("input_delay"), TORQUE)
     assert names(hypothesis) == ["b", "mgl", "T_d_torque"]
@@ -92,11 +89,6 @@ def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
         simulation(values[None, None])
 
 
-def test_one_value_for_every_experiment(known: Hypothesis) -> None:
-    hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
-    assert [u.own for u in hypothesis.unknowns] == [False, False, False, True]
-
-
 def test_complexity_adds_up(known: Hypothesis) -> None:
     friction, scatter = effect("coulomb_friction"), effect("scatter")
     alone = known.plus(friction, JOINT)
@@ -122,15 +114,6 @@ def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
     assert len({h.key for h in (first, *others)}) == 4
 
 
-def test_columns_that_effects_need(known: Hypothesis) -> None:
-    local = known.plus(effect("coulomb_friction"), OLD)
-    np.testing.assert_array_equal(local.c[:, -1], [0.0, 1.0, 1.0, 0.0])
-    worn = local.plus(effect("drift", "parameter_by_order"), Place("parameter", "b"))
-    np.testing.assert_array_equal(worn.c, np.column_stack([local.c, np.arange(4.0)]))
-    assert worn.c.shape[1] == len(worn.system.operating_point)
-    assert known.c is known.study.logs.c
-
-
 def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
     """Where they are not, the model is the known one; friction in some experiments changes only these."""
     recording = known.study.recording
@@ -146,23 +129,6 @@ def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
     old = np.isin(recording.owner, [1, 2])
     assert old.any() and not old.all()
     assert moved[old].min() > 1e-4 and moved[~old].max() < 1e-12
-
-
-def test_delays_of_an_input_and_an_output_are_two_numbers(known: Hypothesis) -> None:
-    both = known.plus(effect("input_delay"), TORQUE).plus(effect("sensor_delay"), ANGLE)
-    assert both.delays == {"T_d_torque": "torque", "T_d_theta": "theta"}
-    simulation = both.simulation(known.study.recording)
-    lates = (0.004, 0.0), (0.0, 0.004)
-    one, other = (simulation(np.array([[[*known.system.values, *late]]])).y for late in lates)
-    assert not np.allclose(one, other, equal_nan=True)
-
-
-def test_names_that_a_reader_sees(known: Hypothesis) -> None:
-    assert str(known) == "the known physics"
-    first = known.plus(effect("coulomb_friction"), JOINT)
-    assert str(first) == "the known physics and coulomb_friction at joint"
-    second = first.plus(effect("sensor_gain"), ANGLE)
-    assert str(second) == f"{first} and sensor_gain at sensor:theta"
 
 
 @pytest.fixture(scope="module")
@@ -183,15 +149,6 @@ def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: FittedHypothesi
     assert np.mean(np.square(without.errors[0])) > 2.0 * np.mean(np.square(r))
 
 
-def test_starts_are_known_in_fewer_windows_too(friction: FittedHypothesis) -> None:
-    few = friction.recording.thinned(5)
-    moved, sigma = friction.moved(few)
-    where = [friction.recording.start.tolist().index(k) for k in few.start]
-    np.testing.assert_allclose(moved * sigma, friction.fit.start[where])
-    expected = [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
-    assert friction.vector(friction.unknowns) == pytest.approx(expected)
-
-
 def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
     found = FittedHypothesis.of(hypothesis, known.study.recording.thinned(20), iterations=1)
@@ -202,3 +159,71 @@ def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesi
     )
     assert len(set(found.fit.own["mgl_deviation"].values())) == len(known.study.learned)
     assert known.study.horizon == HORIZON
+
+
+#: Friction that differs from run to run.
+SCATTERED = (0.03, 0.05, 0.04, 0.065, 0.055, 0.045)
+EARLY = 0.5 * PERIOD
+rubbing = shared_study(Bench(samples=400, delay=2, groups=("new", "old", "old", "new")))
+scattered = shared_study(Bench(runs=6, friction=SCATTERED), *FRICTION)
+
+
+@pytest.fixture(scope="module")
+def late(rubbing: Study) -> FittedHypothesis:
+    hypothesis = Hypothesis.known(rubbing).plus(effect("coulomb_friction"), JOINT)
+    return fitted(hypothesis.plus(effect("sensor_delay"), ANGLE))
+
+
+def earlier(found: Study, time: float) -> Study:
+    """With inputs that were logged before they act."""
+    logs = found.logs
+    u = delayed(logs.u, logs.offsets, logs.period, [-time], "linear")
+    return replace(found, logs=replace(logs, u=u))
+
+
+def test_numbers_and_delays_stand_in_the_system(late: FittedHypothesis, rubbing: Study) -> None:
+    found = judged_model("late", late)
+    values = dict(zip((p.name for p in found.system.parameters), found.system.values, strict=True))
+    assert values["F_c"] == pytest.approx(0.06, rel=0.03) and values["F_c"] == late.fit.values["F_c"]
+    assert found.system.inputs[0].delay == late.fit.values["timing_torque"]
+    assert found.system.outputs[0].delay == late.fit.values["T_d_theta"]
+    late_by = found.system.outputs[0].delay + found.system.inputs[0].delay
+    assert late_by == pytest.approx(2 * PERIOD, abs=2e-4)
+    expected = free_runs(found.system, found.logs, HORIZON, rubbing.held_out)
+    assert found.gap.value == pytest.approx(expected.value, rel=1e-6)
+    assert 0.8 < found.gap.value / found.gap.floor < 1.25
+
+
+def test_a_model_does_what_its_hypothesis_does(rubbing: Study) -> None:
+    """Held-out experiments, seen through the file's numbers or through those of the fit."""
+    place = Place("port", "joint", "group", "old")
+    one = fitted(Hypothesis.known(rubbing).plus(effect("coulomb_friction"), place))
+    found = judged_model("old", one)
+    held = Recording.of(rubbing.logs, HORIZON, rubbing.held_out)
+    simulation = one.hypothesis.simulation(held)
+    assert found.gap.value == pytest.approx(
+        deviation.gap(simulation, one.fit.numbers, found.gap.substeps).value, rel=1e-6
+    )
+    assert found.logs.constants == tuple(c.name for c in found.system.operating_point)
+    np.testing.assert_array_equal(found.logs.c[:, -1], [0.0, 1.0, 1.0, 0.0])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("time", [0.0, EARLY])
+def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: float) -> None:
+    """What is shared stays as it was fitted, the timing of the input too."""
+    seen = earlier(scattered, time)
+    one = fitted(Hypothesis.known(seen).plus(effect("scatter"), Place("parameter", "F_c")))
+    assert one.fit.values["timing_torque"] == pytest.approx(time, abs=1e-4)
+    own = values_per_experiment(one)["F_c_deviation"]
+    learned = one.fit.own["F_c_deviation"]
+    assert {i: own[i] for i in learned} == learned
+    friction = {i: one.fit.values["F_c"] * (1.0 + own[i]) for i in seen.logs.ids}
+    assert list(friction.values()) == pytest.approx(SCATTERED, abs=1.2e-3)
+    held = [seen.logs.ids[i] for i in seen.held_out]
+    off = [friction[i] - SCATTERED[seen.logs.ids.index(i)] for i in held]
+    assert np.abs(off).max() < 8e-4
+    found = judged_model("scattered", one)
+    column = found.logs.c[:, found.logs.constants.index("F_c_deviation")]
+    np.testing.assert_array_equal(column, [own[i] for i in seen.logs.ids])
+    assert found.gap.value < 1.3 * found.gap.floor

@@ -1,7 +1,5 @@
 """Predictions of left-out experiments are those of fits without these experiments."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,8 +26,6 @@ FRICTIONS = (0.03, 0.09, 0.05, 0.08, 0.04, 0.1, 0.06, 0.07)
 SOMEWHAT = (0.04, 0.085, 0.055, 0.075, 0.05, 0.09, 0.06, 0.065)
 #: Smallest difference of scores that matters, nats.
 SMALL = 0.02
-
-
 #: Experiments with the same friction, whose law the file has, and with a friction of its own in every one.
 alike = shared_study(BENCH, *FRICTION)
 varied = shared_study(replace(BENCH, friction=FRICTIONS), *FRICTION)
@@ -125,19 +121,6 @@ def test_parts_are_experiments_or_contiguous_blocks_of_few(alike: Study) -> None
     assert not set(part[few.owner == few.owner[0]]) & set(part[few.owner != few.owner[0]])
 
 
-def test_blocks_of_few_experiments_have_scores_of_their_own(alike: Study) -> None:
-    found = LeftOut.of(fitted(Hypothesis.known(alike)))
-    recording = found.fitted.recording
-    runs = recording.runs[2:4]
-    scores = found.scores(runs)
-    assert scores.shape == (FEWEST_PARTS, recording.logs.y.shape[1])
-    part = parts(recording.among(runs))
-    mine = np.isin(recording.owner, runs)
-    for k, score in enumerate(scores):
-        squares = found.squares[:, mine][:, part == k].sum(1) / recording.steps[mine][part == k].sum()
-        np.testing.assert_allclose(score, np.log1p(squares).mean(0), rtol=1e-12)
-
-
 @pytest.fixture(scope="module")
 def one_rubs(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
     """Of the experiments with friction, one is left."""
@@ -209,16 +192,6 @@ def test_numbers_of_single_experiments_are_predicted_from_the_other_half(scatter
         assert values[mine] != whole[mine]
     score = LeftOut.of(fitted(Hypothesis.known(found.hypothesis.study))).score()
     assert scattered.score().mean() < score.mean() - 1.0
-
-
-def test_a_number_that_no_other_half_knows_is_zero(scattered: LeftOut) -> None:
-    """An experiment of one window has no other half."""
-    found = scattered.fitted
-    together = LeftOut.of(found, parts(found.recording))
-    (own,) = (k for k, u in enumerate(found.unknowns.each) if u.own)
-    for part in range(len(together.values)):
-        mine = np.unique(found.unknowns.entry[together.part == part][:, own])
-        assert (together.values[part, mine] == 0.0).all()
 
 
 def test_the_jackknife_interval_covers_the_truth_and_the_variation_between_runs(

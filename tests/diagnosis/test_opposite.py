@@ -1,7 +1,5 @@
 """Ports between which an effort is missing: a port between them is added."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What can be found at best, on virtual machines with planted faults."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

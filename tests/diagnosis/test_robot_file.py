@@ -1,19 +1,16 @@
-"""Robots: dry friction that is named, and the robot file of an answer, patched, run in MuJoCo and shown."""
-
-from __future__ import annotations
+"""The robot file of an answer, patched, run in MuJoCo and shown."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import mujoco
 import numpy as np
-import pandas as pd
 import pytest
 
 import unmodelled as um
 from tests.diagnosis.diagnoses import Said, told
 from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write_rod
-from tests.machines.folders import Array, read_case, recorded, text_of
+from tests.machines.folders import Array, read_case
 from tests.physics.effects.benches import SYSTEMS
 from tests.physics.robot.mechanisms import system_of
 from unmodelled.base.files import read_json
@@ -59,7 +56,6 @@ def outputs(
 
 
 def off(found: Array, expected: Array) -> float:
-    """The largest error."""
     return float(np.nanmax(np.abs(found - expected)))
 
 
@@ -282,44 +278,3 @@ def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytes
     notes = read_json(saved(broken, tmp_path, monkeypatch) / "diagnosis.json")["notes"]
     (note,) = (n for n in notes if "not patched" in n)
     assert note.startswith("rod.xml was not patched: rod.xml: MuJoCo: ") and "\n" not in note
-
-
-ARM, ELBOW = text_of("arm.xml"), 0.12
-
-
-@pytest.mark.long
-def test_the_dry_friction_of_an_elbow_is_named(tmp_path: Path) -> None:
-    """Torques are held between samples, and angles have the noise of an encoder."""
-    (tmp_path / "arm.xml").write_text(ARM)
-    (tmp_path / "system.yaml").write_text(text_of("arm.yaml"))
-    model = mujoco.MjModel.from_xml_string(ARM)
-    model.dof_frictionloss[1] = ELBOW
-
-    def run(rng: np.random.Generator) -> pd.DataFrame:
-        data, rows = mujoco.MjData(model), []
-        rates, phases = rng.uniform(1.0, 9.0, (2, 4)), rng.uniform(0.0, 6.28, (2, 4))
-        for k in range(400):
-            u = np.array([0.9, 0.35]) * np.sin(rates * k * 0.005 + phases[:, [0]] + phases).sum(1)
-            rows.append([k * 0.005, *u, *data.qpos + 2e-4 * rng.standard_normal(2)])
-            data.ctrl[:] = u
-            mujoco.mj_step(model, data, 5)
-        return pd.DataFrame(rows, columns=["t", "u_shoulder", "u_elbow", "shoulder", "elbow"])
-
-    recorded(tmp_path / "logs", run, 5)
-    known, logs = read_case(tmp_path)
-    before = um.simulate(known, logs)
-    answer = um.diagnose(known, logs)
-    assert answer.verdict in ("effect", "main_effect")
-    first = answer.effects[0]
-    assert (first.family, first.port) == ("coulomb_friction", "elbow")
-    assert first.parameters["F_c"]["value"] == pytest.approx(ELBOW, rel=0.1)
-    answer.save(tmp_path / "answer")
-    again = um.read_system(tmp_path / "answer" / "augmented_system.yaml")
-    after = um.simulate(again, um.read_logs(tmp_path / "logs", again))
-    assert after.gap.value < 0.2 * before.gap.value
-
-    robot = read_json(tmp_path / "answer" / "diagnosis.json")["robot"]
-    patched = mujoco.MjModel.from_xml_path(str(tmp_path / "answer" / robot["file"]))
-    assert patched.dof_frictionloss[1] == pytest.approx(ELBOW, rel=0.1)
-    assert robot["replay"]["improves"]
-    assert robot["replay"]["patched"]["gap"] < 0.2 * robot["replay"]["given"]["gap"]

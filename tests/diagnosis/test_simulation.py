@@ -1,7 +1,5 @@
 """Free runs by the register machine next to those of the compiled engine."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,31 +23,21 @@ MEMORY = (
     ("  omega: (torque", "  z: omega*(1 - z/0.01*sign(omega))\n  omega: (torque - stiff*z"),
     ("ports:", "  stiff: {value: 2.0, unit: N m/rad}\nports:"),
 )
-
-
 LONG = Bench(samples=300)
 
 
 def assert_equal(
-    system: System,
-    logs: Logs,
-    horizon: float,
-    runs: list[int],
-    latest: float = 0.0,
-    each: Sequence[int] = (1, 3),
+    system: System, logs: Logs, horizon: float, runs: list[int], each: Sequence[int] = (1, 3)
 ) -> None:
-    own = prepare(system, logs)
-    recording = Recording.of(logs, horizon, runs, latest)
+    own, recording = prepare(system, logs), Recording.of(logs, horizon, runs)
     simulation = Simulation(system, recording)
     for substeps in each:
         expected = free_run(system, own, horizon, Integration(logs.period, "rk4", substeps, 1.0), runs)
         found = simulation(simulation.values[None, None], substeps=substeps)
         measured, simulated = (np.full(logs.y.shape, np.nan) for _ in range(2))
-        late = [round(output.delay / logs.period) for output in system.outputs]
-        for j, whole in enumerate(late):
-            rows = recording.rows[recording.counted] + whole
-            simulated[rows, j] = found.y[:, 0, :, j][recording.counted]
-            measured[rows, j] = found.measured[:, 0, :, j][recording.counted]
+        rows = recording.rows[recording.counted]
+        simulated[rows] = found.y[:, 0][recording.counted]
+        measured[rows] = found.measured[:, 0][recording.counted]
         np.testing.assert_array_equal(np.isfinite(simulated), expected.counted)
         difference = np.abs(simulated - expected.y)[expected.counted]
         assert difference.max() < 1e-11 * np.abs(logs.y).max()
@@ -57,7 +45,6 @@ def assert_equal(
 
 
 def with_delay(system: System, delay: float) -> System:
-    """The pendulum with a late sensor."""
     return replace(system, outputs=(replace(system.outputs[0], delay=delay),))
 
 
@@ -136,24 +123,6 @@ def test_hidden_states_are_integrated_as_far_back_as_they_remember(
     assert forgets or np.array_equal(found, whole, equal_nan=True)
 
 
-@pytest.mark.parametrize("delay", [1, 20])
-def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
-    known, logs = Bench(samples=300, delay=delay).recorded(tmp_path)
-    late = with_delay(known, delay * PERIOD)
-    assert_equal(late, logs, 0.1, [0, 3], latest=delay * PERIOD)
-
-
-def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
-    known, logs = LONG.recorded(tmp_path)
-    late = with_delay(known, 4.3 * PERIOD)
-    own, how = prepare(late, logs), Integration(logs.period, "rk4", 1, 1.0)
-    expected = free_run(late, own, 0.1, how).y
-    recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
-    simulation = Simulation(late, recording)
-    found = simulation(simulation.values[None, None]).y[:, 0, :, 0][recording.counted]
-    assert_allclose(found, expected[recording.rows[recording.counted] + 4, 0], atol=1e-6)
-
-
 @pytest.mark.parametrize("name", ["theta", "torque"])
 def test_a_delay_among_the_numbers(tmp_path: Path, name: str) -> None:
     """Is the same as one in the file; every set has its own."""
@@ -198,18 +167,6 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
         assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)
 
 
-def test_a_set_may_differ_from_experiment_to_experiment(tmp_path: Path) -> None:
-    system, logs = Bench(samples=200).recorded(tmp_path)
-    recording = Recording.of(logs, 0.1)
-    simulation = Simulation(system, recording)
-    values = np.tile(simulation.values, (len(logs), 1, 1))
-    values[:, 0, 1] = 0.01 * np.arange(len(logs))
-    together = simulation(values).y
-    for i in range(len(logs)):
-        mine = recording.owner == i
-        np.testing.assert_array_equal(together[mine], simulation(values[i : i + 1]).y[mine])
-
-
 def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
     system = pendulum(tmp_path)
     recording = Recording.of(Bench().logs(tmp_path / "logs", system), 0.02)
@@ -219,14 +176,6 @@ def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
     every, few = (s(s.values[None, None]).y for s in simulations)
     where = [int(np.flatnonzero(recording.start == first)[0]) for first in some.start]
     np.testing.assert_array_equal(every[where], few)
-
-
-def test_windows_among_some_runs_are_those_of_a_recording_of_them(tmp_path: Path) -> None:
-    _, logs = Bench(samples=200).recorded(tmp_path)
-    some, own = Recording.of(logs, 0.03).among([2, 0]), Recording.of(logs, 0.03, runs=[2, 0])
-    assert sorted(some.start) == sorted(own.start) and some.runs == own.runs
-    np.testing.assert_array_equal(some.scale, own.scale)
-    np.testing.assert_array_equal(some.noise, own.noise)
 
 
 def test_an_experiment_shorter_than_a_delay_is_refused(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Planted laws of stores of heat, fluid, charge and flux: named, with their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path

@@ -1,10 +1,11 @@
-"""What experiments have in common, which are held out, and that what is learned does not know these."""
+"""What a study knows: levels of experiments, which are held out, and thresholds that a user can set."""
 
-from __future__ import annotations
-
+import inspect
+import re
 from collections import Counter
-from dataclasses import replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,14 +13,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import HORIZON, shared_study, study
+import unmodelled as um
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import HORIZON, JOINT, effect
 from unmodelled.diagnosis.data.levels import MOST_LEVELS, levels
 from unmodelled.diagnosis.data.study import Study, held_out
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 
-LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
 
 
@@ -69,41 +70,6 @@ def test_seeds_differ() -> None:
     assert {i for chosen in drawn for i in chosen} == set(range(12))
 
 
-pendulums = shared_study(Bench(runs=5, samples=200))
-
-
-def test_windows_of_the_learned_experiments_only(pendulums: Study) -> None:
-    assert pendulums.held_out == held_out(pendulums.logs.experiments, 0)
-    assert sorted((*pendulums.learned, *pendulums.held_out)) == list(range(5))
-    assert set(pendulums.recording.owner) == set(pendulums.learned)
-    assert pendulums.recording.steps.max() == round(pendulums.horizon / PERIOD)
-    later = Study.of(pendulums.system, pendulums.logs, pendulums.horizon, 1)
-    assert later.held_out == held_out(pendulums.logs.experiments, 1)
-
-
-def test_sizes_are_those_of_the_learned_experiments(pendulums: Study) -> None:
-    logs = pendulums.logs
-    change = np.where(np.isin(logs.owner, pendulums.held_out), 5.0, 1.0)[:, None]
-    other = replace(pendulums, logs=replace(logs, y=logs.y * change, x=logs.x * change, u=logs.u * change))
-    learned = replace(pendulums, logs=replace(logs, y=5.0 * logs.y))
-    found, same, larger = (each.scales for each in (pendulums, other, learned))
-    assert same.effort == pytest.approx(found.effort, rel=1e-12) and same.of == found.of
-    assert larger.of["theta"].rms == pytest.approx(5.0 * found.of["theta"].rms)
-    assert pendulums.scales.duration == pytest.approx(199 * PERIOD)
-
-
-@pytest.mark.parametrize(("samples", "room"), [(200, 20), (64, 6), (900, DEFAULT_THRESHOLDS.longest_delay)])
-def test_room_for_delays(tmp_path: Path, samples: int, room: int) -> None:
-    found = study(tmp_path, Bench(runs=2, samples=samples))
-    assert found.latest == pytest.approx(room * PERIOD)
-    assert found.recording.latest == pytest.approx(room)
-
-
-def test_room_for_a_delay_beside_the_known_one(tmp_path: Path) -> None:
-    found = study(tmp_path, Bench(runs=2, samples=215), LATE)
-    assert found.latest == pytest.approx((15 + 20) * PERIOD)
-
-
 @pytest.mark.parametrize("seed", range(10))
 def test_one_of_few_experiments_of_a_level_is_held_out(seed: int) -> None:
     loads = np.isin(np.arange(11), (0, 8, 10)).astype(float)
@@ -125,13 +91,13 @@ def test_an_input_from_a_slower_clock_has_its_own_period(tmp_path: Path) -> None
         assert timing.high == pytest.approx(0.6 * samples * logs.period)
 
 
-def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
+def levels_of(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
     return [(factor, level, members.tolist()) for factor, level, members in levels(table(**factors))]
 
 
 def test_levels_of_settings_and_groups() -> None:
     mass, group = [2, 1, 2, 1], ["new", "old", "old", "new"]
-    first, *others = found(mass=mass, group=group)
+    first, *others = levels_of(mass=mass, group=group)
     assert first == ("mass", 1.0, [1, 3]) and type(first[1]) is float  # a plain number
     assert others == [("mass", 2.0, [0, 2]), ("group", "new", [0, 3]), ("group", "old", [1, 2])]
 
@@ -139,13 +105,88 @@ def test_levels_of_settings_and_groups() -> None:
 def test_a_column_that_is_no_factor() -> None:
     """All alike, all different, or a reading rather than a setting."""
     readings = [float(i // 2) for i in range(2 * MOST_LEVELS + 2)]
-    assert [found(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
+    assert [levels_of(column=column) for column in (["a"] * 3, list("abc"), readings)] == [[], [], []]
 
 
 def test_a_level_of_one_experiment_cannot_be_told_from_chance() -> None:
-    assert found(group=["a", "b", "a"]) == [("group", "a", [0, 2])]
+    assert levels_of(group=["a", "b", "a"]) == [("group", "a", [0, 2])]
 
 
 def test_rows_count_from_the_first_of_the_table() -> None:
     table = pd.DataFrame({"id": list("pqrst"), "group": list("ababa")}).iloc[[1, 2, 3]]
     assert [(level, members.tolist()) for _, level, members in levels(table)] == [("b", [0, 2])]
+
+
+ROOM = Path(__file__).parents[2] / "unmodelled" / "diagnosis"
+
+
+def test_every_threshold_has_meaning_unit_origin_and_sensitivity() -> None:
+    """In the comment above it."""
+    source = inspect.getsource(Thresholds)
+    for each in fields(Thresholds):
+        above = re.search(rf"((?:    #: .*\n)+)    {each.name}: ", source)
+        text = above[1].replace("\n    #: ", " ") if above else ""
+        assert re.match(r"    #: \w.+ \[.+\]\. Origin: .+\. .*\w\.\n", text), each.name
+
+
+def test_every_threshold_is_used() -> None:
+    """By the code of the room, outside the file that defines it."""
+    code = "".join(path.read_text() for path in ROOM.rglob("*.py") if path.name != "thresholds.py")
+    assert {each.name for each in fields(Thresholds)} <= set(re.findall(r"\.(\w+)\b", code))
+
+
+def test_the_held_out_share_decides_how_many_are_held_out() -> None:
+    table = pd.DataFrame({"id": [str(k) for k in range(8)], "file": "log.csv"})
+    shares = {0.25: 2, 0.5: 4, 0.01: 1}
+    assert {
+        share: len(held_out(table, 0, replace(DEFAULT_THRESHOLDS, held_out_share=share))) for share in shares
+    } == shares
+
+
+def test_a_study_hands_its_thresholds_to_its_hypotheses(tmp_path: Path) -> None:
+    system, logs = Bench(samples=120, groups=tuple("abab")).recorded(tmp_path)
+    dear = Thresholds(local_complexity=10.0, input_timing=0.1)
+    usual, other = (
+        Hypothesis.known(Study.of(system, logs, HORIZON, 0, limits)) for limits in (DEFAULT_THRESHOLDS, dear)
+    )
+    place = replace(JOINT, factor="group", level="a")
+    found = [h.plus(effect("coulomb_friction"), place).complexity for h in (usual, other)]
+    assert found[1] - found[0] == pytest.approx(10.0 - DEFAULT_THRESHOLDS.local_complexity)
+    timing = [next(u for u in h.unknowns if u.name.startswith("timing")) for h in (usual, other)]
+    assert timing[1].high == pytest.approx(timing[0].high / 6.0)
+
+
+def test_the_defaults_are_the_thresholds() -> None:
+    assert um.Options().thresholds == DEFAULT_THRESHOLDS and um.Options().changed == {}
+
+
+def test_every_option_reaches_the_threshold_of_its_name() -> None:
+    for name, value in asdict(um.Options()).items():
+        other = value + 1 if name == "most_equal" else 0.5 * value
+        options = um.Options.of({name: other})
+        assert getattr(options.thresholds, name) == other and options.changed == {name: other}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"level": 1.5}, "options: level: must be between 0 and 1, got 1.5"),
+        ({"level": float("nan")}, "options: level: must be between 0 and 1, got nan"),
+        ({"level": "high"}, "options: level: must be between 0 and 1, got high"),
+        ({"most_equal": 2.5}, "options: most_equal: must be a whole number from 0 on, got 2.5"),
+        ({"levle": 0.9}, "did you mean 'level'?"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(um.BadInput) as fault:
+        um.Options.of(given)
+    assert said in str(fault.value) and "\n" not in str(fault.value)
+
+
+@pytest.mark.long
+def test_an_answer_is_made_with_them_and_says_so() -> None:
+    """No model is so good."""
+    system, logs = um.example("pendulum")
+    usual, strict = um.diagnose(system, logs), um.diagnose(system, logs, options={"useful_error": 1e-4})
+    assert usual.verdict == "effect" and "options" not in usual.content
+    assert strict.verdict == "unknown" and strict.content["options"] == {"useful_error": 1e-4}

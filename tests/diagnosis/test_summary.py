@@ -1,22 +1,18 @@
 """diagnosis.json keeps to its contract, and the printed lines say the same."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.diagnosis.diagnoses import Said, diagnosis
+from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis
 from tests.diagnosis.studies import JOINT, TORQUE
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis, Estimate, Remainder
-from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 
@@ -29,7 +25,6 @@ WHERE = Where(
 )
 #: What is said besides of a number that the logs determine within its bounds.
 SOUND = {"determined": True, "at_bound": False}
-FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 LOAD = Said("constant_load", replace(JOINT, factor="group", level="old"), {"F_0": 0.1})
 SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
 DRIFT = Said("drift", Place("parameter", "b"), {"b_rate": 0.001}, "parameter")
@@ -61,16 +56,6 @@ def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert content["notes"] == ["theta was unwrapped"]
     shown = ("channels", "regions", "factors", "experiments")
     assert content["where"] == {name: list(getattr(WHERE, name)) for name in shown}
-
-
-def test_a_file_that_is_not_offered_has_its_reason(found: Diagnosis) -> None:
-    refused = Refusal("augmented_system.yaml", "theta diverges", "pendulum.yaml")
-    entry = {"file": "augmented_system.yaml", "reason": "theta diverges", "keep": "pendulum.yaml"}
-    content = summary(found, WHERE, None, [refused])
-    assert content["refused"] == [entry]
-    *_, said, last = sentences(content)
-    assert said == "augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml"
-    assert last.startswith("next: keep the system as given")
 
 
 def test_an_effect_on_a_port(content: dict[str, Any]) -> None:
@@ -175,14 +160,6 @@ def test_a_wrong_number_beside_which_more_is_missing_is_corrected_first(content:
     told = content | {"effects": [wrong], "verdict": "main_effect", "refused": []}
     assert sentences(told)[-1].startswith("next: correct J in the system file, then diagnose again")
     assert "correct J" not in sentences(told | {"verdict": "effect"})[-1]
-
-
-def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        found = diagnosis(tmp_path / name / "case", FRICTION)
-        write_json(tmp_path / name / "diagnosis.json", summary(found, WHERE))
-    first, second = ((tmp_path / name / "diagnosis.json").read_bytes() for name in ("a", "b"))
-    assert first == second
 
 
 def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:

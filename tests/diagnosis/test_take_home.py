@@ -1,7 +1,5 @@
 """Robot files of an answer: what they say moves in MuJoCo as the augmented system does."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -93,7 +91,6 @@ def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(
 
 
 def place_of(law: Effect, name: str) -> Place:
-    """The place of this name at which the law can act on the arm."""
     return next(place for place in law.places(arm()) if place.name == name)
 
 

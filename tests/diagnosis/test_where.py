@@ -1,6 +1,4 @@
-"""Where the gap lies: what was planted at a place is found there."""
-
-from __future__ import annotations
+"""Where the gap lies: what was planted at a place is found there, and a push that the log does not hold."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,21 +10,23 @@ import pytest
 
 from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
-from tests.diagnosis.benches import Bench, exact, pendulum
-from tests.diagnosis.found import BENCH, as_given, friction
+from tests.diagnosis.benches import PERIOD, Bench, exact, pendulum
+from tests.diagnosis.diagnoses import BENCH, friction, told
 from tests.diagnosis.studies import HORIZON, judged
 from tests.machines.folders import Array, read_case
 from unmodelled.diagnosis.answer.figure_tables import write_tables
-from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of
+from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import Where, factors, where
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.report.figures import experiments, residual
+from unmodelled.systems.model import System
 
 
 @dataclass(frozen=True)
@@ -91,16 +91,6 @@ def test_a_named_effect_has_its_share(named: Diagnosis) -> None:
     assert np.sqrt(np.mean(joint**2)) < 1.5
 
 
-def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None:
-    found = where(named)
-    for label, model in {"known": named.known, "augmented": named.augmented}.items():
-        expected = free_runs(model.system, model.logs, HORIZON).per_experiment
-        # the error of the integration may be a tenth of the noise
-        room = 0.1 * float(found.every.floor.mean())
-        assert [row[label] for row in found.experiments] == pytest.approx(list(expected.values()), abs=room)
-    assert [row["id"] for row in found.experiments] == list(named.logs.ids)
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "expected"),
@@ -149,9 +139,9 @@ def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
         "coordinates": [(", position: theta, velocity: omega", "")],
         "delay": [("outputs:\n  theta: {unit: rad}", "outputs:\n  theta: {unit: rad, delay: 0.004}")],
     }
-    Bench(runs=2, samples=60).logs(tmp_path / "logs", pendulum(tmp_path))
+    Bench(runs=4, samples=60).logs(tmp_path / "logs", pendulum(tmp_path))
     system = pendulum(tmp_path / "changed", *changes[without])
-    diagnosis = as_given(system, read_logs(tmp_path / "logs", system))
+    diagnosis = replace(told(system, read_logs(tmp_path / "logs", system)), verdict="unknown")
     found = where(diagnosis)
     assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
     assert {row["port"] for row in found.channels} <= {"joint", "actuator:torque", "sensor:theta"}
@@ -180,3 +170,72 @@ def test_parameters_act_through_channels(tmp_path: Path) -> None:
     names = {name: channel_of(model, Place("parameter", name)) for name in ("kf", "b", "M")}
     assert names == {"kf": "actuator:u", "b": "rail", "M": "rail"}
     assert channel_of(model, Place("sensor", "x")) == "sensor:x"
+
+
+STILL = Bench(friction=0.0, noise=5e-5, runs=8)
+
+
+def pushed(
+    folder: Path, bench: Bench, push: float = 0.0, runs: tuple[int, ...] = (2,), loaded: tuple[int, ...] = ()
+) -> LogFault | None:
+    """What is said of the true pendulum without friction if runs are pushed from 0.4 to 0.6 s, N m."""
+    system = pendulum(folder)
+    logs, known = bench.logs(folder / "logs", system), exact(system)
+    load = [run in loaded for run in range(len(logs))]
+    logs = replace(logs, experiments=logs.experiments.assign(load=np.array(load, float)))
+    during = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
+    logs = prepare(known, replace(logs, u=logs.u - push * during[:, None]))
+    return push_of(known, logs)
+
+
+def push_of(known: System, logs: Logs) -> LogFault | None:
+    return outside_forces(Corrections.of(judged("true", known, logs), HORIZON, Sensors(logs)))
+
+
+@pytest.mark.parametrize("push", [0.3, -0.6])
+def test_a_push_is_told_with_time_and_size(tmp_path: Path, push: float) -> None:
+    fault = pushed(tmp_path, STILL, push)
+    assert fault is not None and not fault.decides
+    assert (fault.channels, fault.problem, fault.experiments) == (("joint",), "outside_force", ("run2",))
+    # an effort takes power out of the system, a push in the direction of the motion puts it in
+    amount, start, end = (float(fault.sentence.split()[k]) for k in (2, 8, 10))
+    assert amount == pytest.approx(-push, rel=0.15)
+    assert [start, end] == pytest.approx([0.4, 0.6], abs=0.03)
+    assert fault.explains == pytest.approx(1.0, abs=0.15)
+
+
+def test_two_of_eight_runs_are_pushed(tmp_path: Path) -> None:
+    fault = pushed(tmp_path, STILL, 0.5, (1, 6))
+    assert fault is not None and fault.experiments == ("run1", "run6")
+    assert "needs so much. It looks like an outside force" in fault.sentence
+
+
+@pytest.mark.parametrize(
+    ("loaded", "told"), [((1, 6), "These are the experiments in which load is 1"), ((1, 5, 6), "It looks")]
+)
+def test_what_all_pushed_runs_and_no_others_share_is_told(
+    tmp_path: Path, loaded: tuple[int, ...], told: str
+) -> None:
+    fault = pushed(tmp_path, STILL, 0.5, (1, 6), loaded)
+    assert fault is not None and f"none needs so much. {told}" in fault.sentence
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("bench", [STILL, replace(STILL, friction=0.06), replace(STILL, dead_zone=0.1)])
+def test_what_belongs_to_the_machine_is_no_outside_force(tmp_path: Path, bench: Bench, seed: int) -> None:
+    assert pushed(tmp_path, replace(bench, seed=seed)) is None
+
+
+def test_a_run_that_differs_throughout_was_not_pushed(tmp_path: Path) -> None:
+    supply = (1.0,) * 7 + (1.5,)
+    assert pushed(tmp_path, replace(STILL, supply=supply)) is None
+
+
+def test_a_fault_of_a_few_samples_is_no_outside_force(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    logs, known = STILL.logs(tmp_path / "logs", system), exact(system)
+    spike = logs.y.copy()
+    spike[logs.rows(3)][200:202] += 0.05
+    logs = prepare(known, replace(logs, y=spike))
+    assert PERIOD * 8 < HORIZON
+    assert push_of(known, logs) is None

@@ -1,7 +1,5 @@
 """Machines without moving positions: balances of heat, fluid, charge and momentum, and parts of records."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -193,7 +191,7 @@ def test_a_run_that_was_broken_off_is_left_out(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "numbers"),
-    [("piece", [0, 1, 2]), ("rep", [1, 2, 3]), ("Versuch", [4, 9, 11]), ("lap", [1, 2, 3])],
+    [("piece", [0, 1, 2]), ("episode_index", [0, 1, 2]), ("Versuch", [4, 9, 11]), ("lap", [1, 2, 3])],
 )
 def test_a_column_that_numbers_parts_cuts_a_record(tmp_path: Path, name: str, numbers: list[int]) -> None:
     """A name that says nothing counts where its values go on one by one from 0 or 1."""

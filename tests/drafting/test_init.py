@@ -1,7 +1,5 @@
 """The verb init: what it recognises in logs of known machines, and that simulate accepts what it writes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
@@ -61,7 +59,6 @@ def write(folder: Path, columns: Mapping[str, str], **factors: float) -> Path:
 
 
 def columns_of(mapping: Mapping[str, Any]) -> dict[str, str]:
-    """Columns by the names of their signals."""
     return {name: signal["column"] for name, signal in mapping["signals"].items()}
 
 
@@ -253,14 +250,6 @@ def test_one_record_is_cut_into_experiments(tmp_path: Path) -> None:
     assert mapping["cut"] == "0.75 s" and len(read_logs(tmp_path, system)) == 8
 
 
-def test_a_column_of_episodes_splits_a_table(tmp_path: Path) -> None:
-    tables = [pd.DataFrame({**log, "episode_index": k}) for k, log in enumerate(LOGS)]
-    pd.concat(tables).to_csv(tmp_path / "all.csv", index=False)
-    mapping, system = drafted(tmp_path)
-    assert mapping["split_by"] == "episode_index" and "cut" not in mapping
-    assert read_logs(tmp_path, system).ids == ("0", "1", "2")
-
-
 @pytest.mark.long
 def test_folders_with_equal_files_are_experiments(tmp_path: Path) -> None:
     for k, log in enumerate(LOGS):
@@ -315,18 +304,12 @@ def test_groups_of_a_file_are_experiments(tmp_path: Path, place: str, pattern: s
     np.testing.assert_allclose(logs.y[:, 0], np.concatenate([log["angle"] for log in LOGS]), atol=1e-12)
 
 
-def test_a_folder_with_nothing_but_such_a_file_is_that_file(tmp_path: Path) -> None:
-    write_groups(tmp_path / "campaign.h5", "/")
-    mapping, _ = drafted(tmp_path)
-    assert mapping["files"] == "*.h5" and mapping["groups"] == "*"
-
-
 def test_groups_in_which_nothing_moves_are_left_out(tmp_path: Path) -> None:
     file = write_groups(tmp_path / "campaign.h5", "/")
     with h5py.File(file, "a") as content:
         content["run_1/motion/theta"][:] = 0.0
-    mapping, system = drafted(file)
-    assert mapping["groups"] == ["run_0", "run_2"]
+    mapping, system = drafted(tmp_path)  # with nothing else in the folder
+    assert mapping["files"] == "*.h5" and mapping["groups"] == ["run_0", "run_2"]
     assert read_logs(tmp_path, system).ids == ("run_0", "run_2")
 
 
@@ -424,7 +407,8 @@ def test_a_lerobot_data_set(tmp_path: Path) -> None:
     place.mkdir(parents=True)
     (tmp_path / "meta").mkdir()
     names = {"names": ["pan.pos", "lift.pos"]}
-    info = {"fps": 100, "features": {"observation.state": names, "action": names}}
+    action = {"names": {"motors": names["names"]}}
+    info = {"fps": 100, "features": {"observation.state": names, "action": action}}
     (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
     (tmp_path / "meta" / "tasks.jsonl").write_text('{"task_index": 0, "task": "pick"}\n')
     for episode in range(3):
@@ -467,7 +451,6 @@ def test_names_of_elements_tell_positions_from_speeds(tmp_path: Path) -> None:
 
 
 def leg(folder: Path, more: str = "") -> Path:
-    """The robot file of a leg with further elements."""
     pytest.importorskip("mujoco")
     (folder / "leg.xml").write_text(text_of("leg.xml", ("</mujoco>", f"{more}</mujoco>")))
     return folder / "leg.xml"

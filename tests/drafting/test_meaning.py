@@ -1,70 +1,54 @@
-"""What names, units and values say: quantities, counts, chains, closed loops, numbers of runs, clocks."""
+"""What names, units and values say, and odd ones: init prints them safely, and what it writes is read."""
 
-from __future__ import annotations
-
+import shlex
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.drafting.test_init import INERTIA, LOGS, columns_of, drafted, put, servo, values, write
 from unmodelled.api.simulation import simulate
+from unmodelled.base.errors import BadInput
+from unmodelled.cli.verbs.init import init
+from unmodelled.drafting.lines import quoted
 from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.folder import read_logs
+from unmodelled.logs.mapping import read_mapping
+from unmodelled.systems.reader import read_system
+
+#: Names with their units by what they mean.
+MEANINGS = {
+    Role.TEMPERATURE: {"T_oven_degC": "degC", "Temp2 (°C)": "°C", "temp_c": "degC"},
+    Role.POWER: {"P_el_kW": "kW", "laser power [mW]": "mW"},
+    Role.PRESSURE: {"p_A_bar": "bar", "supply_MPa": "MPa"},
+    Role.FLOW: {"flow_l_min": "l/min", "Q_in [m3/h]": "m^3/h"},
+    Role.POSITION: {
+        **{"theta_m": None, "theta_m_deg": "deg", "x_m": "m", "pos_min": None, "pos_a": None},
+        **{"Inc": "count", "pos_cnt": "count", "enc ticks": "count", "gear position [V]": "V"},
+    },
+    Role.CURRENT: {"i_q": None, "iMotor_mA": "mA", "i_cmd_mA": "mA", "tank_supply_A": "A"},
+    Role.VELOCITY: {
+        **{"speedRPM": "rpm", "n [1/min]": "rpm", "spindle speed 1/min": None, "vel_deg_per_s": "deg/s"},
+    },
+    Role.TIME: {"time_h": None, "t_ms": "ms", "Zeit [min]": "min", "datenum": None},
+    Role.DUTY: {"pump_%": "%", "valve position [%]": "%", "duty_cycle": None},
+    Role.LEVEL: {"tank level mm": "mm", "Füllstand [%]": "%"},
+    Role.PART: {"cycle": None, "trial no": None},
+    Role.SET_POINT: {"T_set": None},
+    Role.GOAL: {"pos_set_mm": "mm", "soll [deg]": "deg"},
+    Role.EFFORT: {"motor load [N m]": "N m"},
+    None: {"torque_enable": None, "current limit": None},
+}
 
 
-@pytest.mark.parametrize(
-    ("name", "role", "unit"),
-    [
-        ("T_oven_degC", Role.TEMPERATURE, "degC"),
-        ("Temp2 (°C)", Role.TEMPERATURE, "°C"),
-        ("temp_c", Role.TEMPERATURE, "degC"),
-        ("P_el_kW", Role.POWER, "kW"),
-        ("laser power [mW]", Role.POWER, "mW"),
-        ("p_A_bar", Role.PRESSURE, "bar"),
-        ("supply_MPa", Role.PRESSURE, "MPa"),
-        ("flow_l_min", Role.FLOW, "l/min"),
-        ("Q_in [m3/h]", Role.FLOW, "m^3/h"),
-        ("theta_m", Role.POSITION, None),
-        ("theta_m_deg", Role.POSITION, "deg"),
-        ("x_m", Role.POSITION, "m"),
-        ("i_q", Role.CURRENT, None),
-        ("iMotor_mA", Role.CURRENT, "mA"),
-        ("speedRPM", Role.VELOCITY, "rpm"),
-        ("n [1/min]", Role.VELOCITY, "rpm"),
-        ("spindle speed 1/min", Role.VELOCITY, None),
-        ("vel_deg_per_s", Role.VELOCITY, "deg/s"),
-        ("pos_min", Role.POSITION, None),
-        ("pos_a", Role.POSITION, None),
-        ("time_h", Role.TIME, None),
-        ("t_ms", Role.TIME, "ms"),
-        ("Zeit [min]", Role.TIME, "min"),
-        ("datenum", Role.TIME, None),
-        ("pump_%", Role.DUTY, "%"),
-        ("valve position [%]", Role.DUTY, "%"),
-        ("tank level mm", Role.LEVEL, "mm"),
-        ("Füllstand [%]", Role.LEVEL, "%"),
-        ("duty_cycle", Role.DUTY, None),
-        ("cycle", Role.PART, None),
-        ("trial no", Role.PART, None),
-        ("T_set", Role.SET_POINT, None),
-        ("pos_set_mm", Role.GOAL, "mm"),
-        ("i_cmd_mA", Role.CURRENT, "mA"),
-        ("soll [deg]", Role.GOAL, "deg"),
-        ("Inc", Role.POSITION, "count"),
-        ("pos_cnt", Role.POSITION, "count"),
-        ("enc ticks", Role.POSITION, "count"),
-        ("gear position [V]", Role.POSITION, "V"),
-        ("tank_supply_A", Role.CURRENT, "A"),
-        ("motor load [N m]", Role.EFFORT, "N m"),
-        ("torque_enable", None, None),
-        ("current limit", None, None),
-    ],
-)
-def test_names_are_read_by_whole_words(name: str, role: Role | None, unit: str | None) -> None:
-    found = meaning_of(name)
-    assert (found.role, found.unit) == (role, unit)
+@pytest.mark.parametrize("role", MEANINGS)
+def test_names_are_read_by_whole_words(role: Role | None) -> None:
+    for name, unit in MEANINGS[role].items():
+        found = meaning_of(name)
+        assert (name, found.role, found.unit) == (name, role, unit)
 
 
 def test_counts_are_scaled_with_a_question(tmp_path: Path) -> None:
@@ -173,9 +157,89 @@ def test_the_drives_of_all_joints_are_of_one_kind(tmp_path: Path) -> None:
     assert (found["u1"], found["u2"]) in (("tau_meas1", "tau_meas2"), ("tau_cmd1", "tau_cmd2"))
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])
-def test_clocks_in_other_units(tmp_path: Path, unit: str, factor: float) -> None:
-    logs = write(tmp_path / "raw", {f"time_{unit}": "t", "angle": "angle", "torque": "torque"}, t=factor)
-    mapping, system = drafted(logs)
-    assert mapping["time"] == {"column": f"time_{unit}", "unit": unit}
-    np.testing.assert_allclose(np.diff(read_logs(logs, system).t[:1500]), 0.004, rtol=1e-6)
+NAMES = (
+    *("a: b, {c}", "'single' and \"double\"", "# no comment", "50 % [x]", "- dash", "line\nbreak"),
+    *("\x1b]0;title\x07", "\x7f\x85\u2028\ufeff", "yes", "null", "1e5", "Drehgeber \u00fc \U0001f600"),
+    *("C:\\raw\\n", "*star", "&anchor", "!tag", "? key", "@at", "`mark`"),
+)
+UNITS = ("%", "N m", "mA", "1", "-", "kg m^2/s^2", "N·m", "°", "µm", "degC", "bar", "1/min", "m³/h", "V")
+
+
+@settings(max_examples=100, deadline=None)
+@given(text=st.text(st.characters(codec="utf-8"), min_size=1), unit=st.sampled_from(UNITS))
+def test_any_text_is_read_back(tmp_path_factory: pytest.TempPathFactory, text: str, unit: str) -> None:
+    file = tmp_path_factory.mktemp("one") / "mapping.yaml"
+    signal = f"{{column: {quoted(text)}, unit: {quoted(unit)}}}"
+    lines = ["schema: mapping/1", f"files: {quoted(text)}", f"signals: {{q: {signal}}}"]
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    mapping = read_mapping(file)
+    assert mapping.files == (text,)
+    assert (mapping.signals["q"].column.name, mapping.signals["q"].unit) == (text, unit)
+
+
+@pytest.mark.parametrize("quantity", ["angle", "torque", "level", "temp"])
+@pytest.mark.parametrize("unit", [*UNITS, "turn", "count", "psi", "kg", "lbf", "Hz", "dB", "%RH", "foo"])
+def test_whatever_the_unit_the_next_command_reads_the_files(tmp_path: Path, unit: str, quantity: str) -> None:
+    """A position in kilograms is none, and is refused; everything that is written is read."""
+    beside = "torque" if quantity in ("angle", "torque") else "flow"
+    for k, log in enumerate(LOGS[:2]):
+        columns = {"t": log["t"], beside: log["torque"]}
+        if quantity == "torque":
+            columns = {"t": log["t"], "angle": log["angle"]}
+        own = log["torque" if quantity == "torque" else "angle"]
+        pd.DataFrame({**columns, f"{quantity} [{unit}]": own}).to_parquet(tmp_path / f"{k}.parquet")
+    try:
+        init(tmp_path, None, None, None)
+    except BadInput as refused:
+        assert "no moving position and no level" in str(refused)
+        assert not (tmp_path / "mapping.yaml").exists()
+        return
+    logs = read_logs(tmp_path, read_system(tmp_path / "system.yaml"))
+    assert np.isfinite(logs.y).all() and np.isfinite(logs.u).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_columns_with_odd_names_are_read_by_what_is_written(
+    tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for k, log in enumerate(LOGS):
+        columns = {"t": log["t"], f"theta {name}": log["angle"], f"torque {name}": log["torque"]}
+        pd.DataFrame(columns).to_parquet(tmp_path / f"{k}.parquet")
+    _, system = drafted(tmp_path)
+    logs = read_logs(tmp_path, system)
+    np.testing.assert_allclose(logs.y[:, 0], np.concatenate([log["angle"] for log in LOGS]), atol=1e-12)
+    assert all(line.isprintable() for line in capsys.readouterr().out.splitlines())
+
+
+def test_a_file_whose_name_has_control_characters_is_left_out(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    (logs / "run 1.csv").rename(logs / "run\x1b[2J\n1.csv")
+    _, system = drafted(logs)
+    assert read_logs(logs, system).ids == ("run 0", "run 2")
+    assert "(its name has a control character: rename it)" in (logs / "mapping.yaml").read_text()
+
+
+def test_logs_whose_names_all_have_control_characters_are_refused(tmp_path: Path) -> None:
+    logs = tmp_path / "a\nb.csv"
+    pd.DataFrame(LOGS[0]).to_csv(logs, index=False)
+    with pytest.raises(BadInput, match="its name has a control character: rename it") as caught:
+        init(logs, None, None, None)
+    assert str(caught.value).isprintable() and len(list(tmp_path.iterdir())) == 1
+
+
+def test_the_next_command_can_be_pasted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    logs = write(tmp_path / "day 1's (north)", {"t": "t", "theta": "angle", "torque": "torque"})
+    init(logs, None, None, None)
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("next: "))
+    escaped = str(logs).replace("'", "\\'")
+    assert shlex.split(line)[3:] == [f"system='{escaped}/system.yaml'", f"logs='{escaped}'", "out=simulation"]
+
+
+@pytest.mark.parametrize("out", ["raw", "."])
+def test_the_folder_of_the_logs_may_be_named(
+    tmp_path: Path, out: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    monkeypatch.chdir(tmp_path if out == "raw" else tmp_path / "raw")
+    init(Path(out), None, None, Path(out))
+    assert (tmp_path / "raw" / "mapping.yaml").exists() and (tmp_path / "raw" / "system.yaml").exists()

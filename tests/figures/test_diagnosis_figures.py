@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from tests.diagnosis.found import BENCH, friction
+from tests.diagnosis.diagnoses import BENCH, friction
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Verdict

@@ -1,9 +1,7 @@
-"""Small machines whose logs take every fault that a look can find."""
-
-from __future__ import annotations
+"""Small machines, faults of their logs, and faultless logs that look like them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -13,29 +11,16 @@ from tests.machines.folders import Array, motion, text_of
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine with its system file.
-
-    Attributes:
-        system: text of the system file.
-        rates: function of states (states, runs) and inputs (runs,) to the rates of the states.
-        states: number of states.
-        force: size of the input.
-        period: sampling period, s.
-        logged: function of states (states, runs, samples) and random generator to columns (runs, samples).
-        drive: name of the column of the input.
-        start: first state at the beginning of the runs, default 0.
-        inputs: function of the inputs (runs, samples) to those that are used, default the same.
-    """
-
-    system: str
-    rates: Callable[[Array, Array], Array]
+    system: str  # text of the system file
+    rates: Callable[[Array, Array], Array]  # of the states, at states (states, runs) and inputs (runs,)
     states: int
-    force: float
-    period: float
+    force: float  # size of the input
+    period: float  # s
+    #: Columns (runs, samples) of states (states, runs, samples) and a random generator.
     logged: Callable[[Array, np.random.Generator], dict[str, Array]]
-    drive: str
-    start: float = 0.0
-    inputs: Callable[[Array], Array] = lambda u: u
+    drive: str  # column of the input
+    start: float = 0.0  # of the first state, at the beginning of the runs
+    inputs: Callable[[Array], Array] = lambda u: u  # those that are used, of inputs (runs, samples)
 
     def frames(self, seed: int = 0, runs: int = 4, samples: int = 1200) -> dict[str, pd.DataFrame]:
         """Return faultless logs of runs with inputs of several sines."""
@@ -97,3 +82,109 @@ HEATER = Machine(
     drive="power",
 )
 MACHINES = {"screw": SCREW, "swing": PENDULUM, "heater": HEATER}
+Frames = dict[str, pd.DataFrame]
+
+
+def _each(frames: Frames, column: str, change: Callable[[Array, int], Array]) -> Frames:
+    return {
+        name: frame.assign(**{column: change(frame[column].to_numpy().copy(), k)})
+        for k, (name, frame) in enumerate(frames.items())
+    }
+
+
+def spiked(frames: Frames, column: str, size: float, seed: int = 1) -> Frames:
+    """Add garbage in about 1 % of the samples, every other time two samples long."""
+
+    def spoil(values: Array, run: int) -> Array:
+        rng = np.random.default_rng([seed, run])
+        at = 20 + np.flatnonzero(rng.random(len(values) - 40) < 0.01)
+        values[at] += rng.uniform(0.8, 3.0, len(at)) * size * rng.choice([-1.0, 1.0], len(at))
+        values[at[::2] + 1] = values[at[::2]]
+        return values
+
+    return _each(frames, column, spoil)
+
+
+def dropped(frames: Frames, column: str, share: float = 0.05, seed: int = 2) -> Frames:
+    def spoil(values: Array, run: int) -> Array:
+        values[np.random.default_rng([seed, run]).random(len(values)) < share] = 0.0
+        return values
+
+    return _each(frames, column, spoil)
+
+
+def wrapped(frames: Frames, column: str, count: float, bits: int) -> Frames:
+    """Let the counter of a channel overflow, from its largest to its smallest number."""
+    half = 2 ** (bits - 1)
+    over = lambda v, _: count * (np.remainder(np.round(v / count) + half, 2 * half) - half)  # noqa: E731
+    return _each(frames, column, over)
+
+
+def emptied(frames: Frames, column: str, count: float, bits: int) -> Frames:
+    """Let the counter of a channel fall to zero where it overflows."""
+    top = 2 ** (bits - 1) - 1
+    over = lambda v, _: count * np.sign(v) * np.remainder(np.abs(np.round(v / count)), top)  # noqa: E731
+    return _each(frames, column, over)
+
+
+def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frames:
+    def spoil(values: Array, run: int) -> Array:
+        first = start + 60 * run
+        values[first : first + samples] = values[first]
+        return values
+
+    return _each(frames, column, spoil)
+
+
+def _screw(
+    force: Callable[[Array, np.random.Generator], Array],
+    rates: Callable[[Array, Array], Array] = SCREW.rates,
+    count: float = 2e-6,
+) -> Frames:
+    rng, t = np.random.default_rng(5), SCREW.period * np.arange(1600)
+    u = np.array([force(t, rng) for _ in range(4)])
+    s = rounded(replace(SCREW, rates=rates).states_at(u)[0], count)
+    return {f"run{k + 1}": pd.DataFrame({"t": t, "force": u[k], "s": s[k]}) for k in range(4)}
+
+
+def _slow(t: Array, rng: np.random.Generator) -> Array:
+    return np.asarray(40.0 * np.sin(2.0 * np.pi * rng.uniform(0.4, 0.8) * t))
+
+
+def _quick(t: Array, rng: np.random.Generator) -> Array:
+    beat = 1.0 + 0.8 * np.sin(2.0 * np.pi * 0.1 * t)
+    return np.asarray(40.0 * beat * np.sin(2.0 * np.pi * rng.uniform(1.0, 1.4) * t))
+
+
+def _stop(x: Array, u: Array) -> Array:
+    """Rates of the screw between stiff ends at 8 mm, from which it bounces."""
+    deep = np.maximum(np.abs(x[0]) - 0.008, 0.0)
+    return np.array([x[1], (u - 40.0 * x[1] - 1e6 * np.sign(x[0]) * deep) / 12.0])
+
+
+def _sticking(x: Array, u: Array) -> Array:
+    """Rates of the screw with a dry friction in which it sticks."""
+    still = (np.abs(x[1]) < 1e-4) & (np.abs(u) < 25.0)
+    free = (u - 40.0 * x[1] - 25.0 * np.sign(x[1] + 1e-12 * u)) / 12.0
+    return np.array([np.where(still, 0.0, x[1]), np.where(still, -x[1] / SCREW.period, free)])
+
+
+#: Makers of faultless logs that could be taken for faulty ones.
+TWINS: dict[str, Callable[[], Frames]] = {
+    "faultless": SCREW.frames,
+    "encoder of low resolution": lambda: _screw(_slow, count=5e-4),
+    "rest, then motion": lambda: _screw(lambda t, rng: np.where(t < 2.0, 0.0, _slow(t, rng))),
+    "rest": lambda: {**_screw(_slow), "still": _screw(lambda t, rng: 1e-3 * _slow(t, rng))["run1"]},
+    "saturated command": lambda: _screw(lambda t, rng: np.clip(2.0 * _slow(t, rng), -40.0, 40.0)),
+    "square wave": lambda: _screw(lambda t, rng: 40.0 * np.sign(_slow(t, rng))),
+    "steps": lambda: _screw(lambda t, rng: rng.uniform(-40.0, 40.0, 60)[(t / 0.12).astype(np.int64)]),
+    "modulated width": lambda: _screw(
+        lambda t, rng: 40.0 * (rng.random(len(t)) < 0.5 + 0.01 * _slow(t, rng))
+    ),
+    "blows of a hammer": lambda: _screw(lambda t, rng: 900.0 * (rng.random(len(t)) < 0.01)),
+    "ramp, held": lambda: _screw(lambda t, rng: 20.0 * np.clip(t - 1.0, 0.0, 1.0) * (t < 3.0)),
+    "end stops": lambda: _screw(_slow, _stop),
+    "dry friction": lambda: _screw(_slow, _sticking),
+    "few samples a period": lambda: {name: frame[::27] for name, frame in _screw(_quick).items()},
+    "coarse dry friction": lambda: _screw(_slow, _sticking, 2e-4),
+}

@@ -1,17 +1,32 @@
-"""Looks at logs without a model: planted faults are found and cured, faultless logs stay as they are."""
-
-from __future__ import annotations
+"""Faults of logs are found and cured without a model, or are the answer before any search; twins are not."""
 
 import re
 import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.inspection import faults
-from tests.inspection.faults import Frames
-from tests.inspection.machines import MACHINES, PENDULUM, SCREW
-from tests.machines.folders import system_of
+import unmodelled as um
+from tests.inspection.machines import (
+    MACHINES,
+    PENDULUM,
+    SCREW,
+    TWINS,
+    Frames,
+    Machine,
+    dropped,
+    emptied,
+    frozen,
+    spiked,
+    wrapped,
+)
+from tests.machines.folders import Array, system_of
+from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
 from unmodelled.logs.logs import Logs
@@ -34,17 +49,17 @@ def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
 
 #: Machine, fault, words of the one note, error that may remain in nearly all samples.
 CASES = {
-    "garbage of an encoder": ("screw", (faults.spiked, "s", 3.0), "s has .* spikes", 1e-4),
-    "small spikes of an angle": ("swing", (faults.spiked, "phi", 0.5), "phi has .* spikes", 0.01),
-    "garbage of a thermocouple": ("heater", (faults.spiked, "T", 4e3), "T has .* spikes", 0.6),
-    "dropouts of an angle": ("swing", (faults.dropped, "phi"), "phi falls to 0 in", 0.1),
-    "dropouts of a command": ("heater", (faults.dropped, "power", 0.01), "power falls to 0 in", 50.0),
-    "counter of 16 bits": ("screw", (faults.wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
-    "counter that empties": ("screw", (faults.emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
-    "frozen encoder": ("screw", (faults.frozen, "s", 60), "s freezes 4 times", 0.0),
-    "frozen angle": ("swing", (faults.frozen, "phi", 40), "phi freezes [34] times", 0.0),
-    "frozen tachometer": ("swing", (faults.frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
-    "frozen command": ("heater", (faults.frozen, "power", 50), "power freezes [34] times", 0.0),
+    "garbage of an encoder": ("screw", (spiked, "s", 3.0), "s has .* spikes", 1e-4),
+    "small spikes of an angle": ("swing", (spiked, "phi", 0.5), "phi has .* spikes", 0.01),
+    "garbage of a thermocouple": ("heater", (spiked, "T", 4e3), "T has .* spikes", 0.6),
+    "dropouts of an angle": ("swing", (dropped, "phi"), "phi falls to 0 in", 0.1),
+    "dropouts of a command": ("heater", (dropped, "power", 0.01), "power falls to 0 in", 50.0),
+    "counter of 16 bits": ("screw", (wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
+    "counter that empties": ("screw", (emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
+    "frozen encoder": ("screw", (frozen, "s", 60), "s freezes 4 times", 0.0),
+    "frozen angle": ("swing", (frozen, "phi", 40), "phi freezes [34] times", 0.0),
+    "frozen tachometer": ("swing", (frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
+    "frozen command": ("heater", (frozen, "power", 50), "power freezes [34] times", 0.0),
 }
 
 
@@ -70,15 +85,15 @@ def test_faultless_logs_raise_no_alarm(name: str, systems: dict[str, System]) ->
         assert looked(systems[name], MACHINES[name].frames(seed))[1] == []
 
 
-@pytest.mark.parametrize("twin", faults.TWINS)
+@pytest.mark.parametrize("twin", TWINS)
 def test_what_looks_like_a_fault_is_none(twin: str, systems: dict[str, System]) -> None:
-    assert looked(systems["screw"], faults.TWINS[twin]())[1] == []
+    assert looked(systems["screw"], TWINS[twin]())[1] == []
 
 
 def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:
     """Findings do not depend on scale: a screw in nanometres."""
-    small = {name: f.assign(s=1e-9 * f["s"]) for name, f in faults.spiked(SCREW.frames(), "s", 3.0).items()}
-    whole = looked(systems["screw"], faults.spiked(SCREW.frames(), "s", 3.0))[1]
+    small = {name: f.assign(s=1e-9 * f["s"]) for name, f in spiked(SCREW.frames(), "s", 3.0).items()}
+    whole = looked(systems["screw"], spiked(SCREW.frames(), "s", 3.0))[1]
     assert looked(systems["screw"], small)[1] == whole != []
 
 
@@ -102,3 +117,109 @@ def test_a_servo_that_is_logged_rarely_may_be_quick_where_its_goal_jumps() -> No
         signals = (Signal("s", "s", "m", "position"), Signal("goal", "goal", "m", "input"))
         found = inspect(Run("run1", t, values, signals, dict.fromkeys(values, 0.2)))[1]
         assert len([each for each in found if each.channel == "s"]) == spikes
+
+
+#: Machines with a dry friction that their system files leave out.
+SWING = replace(
+    PENDULUM,
+    rates=lambda x, u: np.array(
+        [x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1] - 0.06 * np.tanh(100.0 * x[1])) / 0.05]
+    ),
+)
+SLIDE = replace(
+    SCREW, rates=lambda x, u: np.array([x[1], (u - 40.0 * x[1] - 4.0 * np.tanh(200.0 * x[1])) / 12.0])
+)
+#: Samples for which a command is held.
+HELD = 20
+
+
+def scaled(columns: str, factor: float) -> Callable[[Frames], Frames]:
+    return lambda frames: {
+        name: f.assign(**{column: factor * f[column] for column in columns.split()})
+        for name, f in frames.items()
+    }
+
+
+def swapped(column: str) -> Callable[[Frames], Frames]:
+    def spoil(frames: Frames) -> Frames:
+        names = list(frames)
+        own = dict(zip(names, [*names[1:], names[0]], strict=True))
+        return {name: f.assign(**{column: frames[own[name]][column]}) for name, f in frames.items()}
+
+    return spoil
+
+
+def held(column: str, samples: int) -> Callable[[Frames], Frames]:
+    """Log a channel only every so many samples."""
+    return lambda frames: {
+        name: f.assign(**{column: f[column].to_numpy()[np.arange(len(f)) // samples * samples]})
+        for name, f in frames.items()
+    }
+
+
+def as_measurement(output: str, command: str) -> Callable[[Frames], Frames]:
+    return lambda frames: {name: f.assign(**{output: 0.01 * f[command] - 2.0}) for name, f in frames.items()}
+
+
+#: Machine, damage, fault with its channels and whether it decides.
+DAMAGED = {
+    "electrical speed": (SWING, scaled("tacho", 4.0), "slope", ("tacho",), True),
+    "time in millions of seconds": (SLIDE, scaled("t", 1e-6), "megaseconds", ("t",), True),
+    "angles in nanoradians": (SWING, scaled("phi tacho", 1e9), "nano", None, True),
+    "inputs of other runs": (SWING, swapped("torque"), "other_run", ("torque",), True),
+    "command logged rarely": (SWING, held("torque", HELD), "slow", ("torque",), True),
+    "no command": (SWING, scaled("torque", 0.0), "constant", ("torque",), True),
+    "command as measurement": (SLIDE, as_measurement("s", "force"), "command", ("s",), True),
+    "command as one of two": (SWING, as_measurement("tacho", "torque"), "command", ("tacho",), False),
+}
+
+
+def found(machine: Machine, frames: Frames, folder: Path) -> tuple[System, Logs, tuple[LogFault, ...]]:
+    system = system_of(machine.system, folder)
+    logs = Logs.from_frames(frames, system)
+    return without_copies(system, logs, default_horizon(logs))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case", DAMAGED)
+def test_a_damage_is_the_answer(case: str, tmp_path: Path) -> None:
+    machine, spoil, problem, channels, decides = DAMAGED[case]
+    system, logs, (fault,) = found(machine, spoil(machine.frames(3, runs=6)), tmp_path)
+    assert (fault.problem, fault.decides) == (problem, decides), fault.sentence
+    assert channels is None or fault.channels == channels
+    if not decides:
+        assert logs.outputs == ("phi",) == tuple(output.name for output in system.outputs)
+
+
+def _stairs(u: Array) -> Array:
+    return u[:, np.arange(u.shape[1]) // HELD * HELD]
+
+
+FAULTLESS = {
+    "swing": lambda: (SWING, SWING.frames(3, runs=6)),
+    "slide": lambda: (SLIDE, SLIDE.frames(3, runs=6)),
+    "command that is really held": lambda: (SWING, replace(SWING, inputs=_stairs).frames(3, runs=6)),
+    "free motion": lambda: (SWING, replace(SWING, inputs=np.zeros_like, start=1.0).frames(3, runs=6)),
+    "sensor with a gain of 1.3": lambda: (SWING, scaled("tacho", 1.3)(SWING.frames(3, runs=6))),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("twin", FAULTLESS)
+def test_a_faultless_twin_is_diagnosed(twin: str, tmp_path: Path) -> None:
+    _, _, told = found(*FAULTLESS[twin](), tmp_path)
+    assert not any(fault.decides for fault in told), told
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("garbage", [0.0, 2.0])
+def test_garbage_does_not_change_the_effect(garbage: float, tmp_path: Path) -> None:
+    """The dry friction of the pendulum is named with and without spikes in its angle."""
+    system = system_of(SWING.system, tmp_path)
+    frames = SWING.frames(4, runs=6, samples=800)
+    logs = Logs.from_frames(spiked(frames, "phi", garbage) if garbage else frames, system)
+    assert any("spikes" in note for note in logs.notes) == bool(garbage)
+    answer = um.diagnose(system, logs, workers=1)
+    assert answer.verdict == "effect"
+    assert answer.effects[0].family == "coulomb_friction"
+    assert answer.table()["value"][0] == pytest.approx(0.06, rel=0.15)

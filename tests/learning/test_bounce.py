@@ -1,7 +1,5 @@
 """The bounce simulation against closed forms, its fit, its use as a model, and a network on top of it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -24,15 +22,7 @@ from pipeline.cam_follower.sequence.hybrid import BounceHybrid
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from pipeline.cam_follower.simulation import (
-    BounceRecipe,
-    Ensemble,
-    gate,
-    gated,
-    residual,
-    shortened,
-    with_bounce,
-)
+from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, gate, gated, residual, with_bounce
 from pipeline.stages.featurize import interface_force, on_cam
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
@@ -171,11 +161,6 @@ def test_the_hybrid_with_a_perfect_network_is_exact_wherever_the_gate_is_open() 
     assert np.allclose(result, np.where(opening == 1.0, runs.signals["eps"], 0.0), rtol=0, atol=1e-15)
 
 
-def test_parameters_survive_a_file(tmp_path: Path) -> None:
-    PARAMETERS.write(tmp_path / "p.json")
-    assert BounceParameters.read(tmp_path / "p.json") == PARAMETERS
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -301,14 +286,6 @@ def test_where_nothing_flies_the_parameters_stay(bouncing: Campaign, tmp_path: P
     flat = detached(bouncing, np.full_like(bouncing.signals["eps"], 1e-5))
     BOUNCE.fit(flat, {"one": np.array([3])}, 1, 0, tmp_path)
     assert BOUNCE.read(tmp_path).parameters["one"] == START
-
-
-def test_a_short_campaign_holds_the_first_samples(jump_campaign: Campaign) -> None:
-    short = shortened(jump_campaign, 90)
-    lengths = np.diff(jump_campaign.offsets)
-    assert np.diff(short.offsets).tolist() == np.minimum(lengths, 90).tolist() and lengths.min() < 90
-    for i in (0, 4, 39):
-        np.testing.assert_array_equal(short[i]["omega"], jump_campaign[i]["omega"][:90])
 
 
 def test_the_network_learns_what_the_simulation_leaves(missing: Campaign, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Known laws are planted in the motion of a slider-crank, and found again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

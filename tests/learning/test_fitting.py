@@ -2,8 +2,6 @@
 that go on, failures that stay alone, and what is refused.
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -359,13 +357,6 @@ def test_bad_requests_are_refused_in_one_line(pendulum: Data) -> None:
         with pytest.raises(BadInput, match=words) as caught:
             recipe.fit(system, logs, folds, device=device)
         assert "\n" not in str(caught.value)
-
-
-def test_a_start_from_another_model_is_refused(pendulum: Data, tmp_path: Path) -> None:
-    system, _ = pendulum
-    fitted(replace(PLAIN, networks=physics_only()), pendulum, tmp_path / "physics")
-    with pytest.raises(BadInput, match="does not fit the configured model"):
-        PLAIN.load(system, tmp_path / "physics")
 
 
 LOADED = """

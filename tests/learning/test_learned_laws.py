@@ -1,7 +1,5 @@
 """What networks have learned is written down: planted laws are found, and the system file holds them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every model of conf/model trains and simulates; plants are recovered; kernels equal their reference."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 
@@ -154,11 +152,6 @@ def test_the_identification_leaves_torch_its_threads(planted: Dataset) -> None:
         assert torch.get_num_threads() == 1
 
 
-def test_unit_inverts_physical() -> None:
-    for x in np.random.default_rng(0).random((20, 6)):
-        np.testing.assert_allclose(free_run.unit(free_run.physical(x)), x, atol=1e-12)
-
-
 def test_scalers_see_training_data_only(planted: Dataset) -> None:
     inputs = torch.randn(len(planted.theta), 3)
     fold = np.arange(5)
@@ -176,14 +169,6 @@ def test_the_sampler_draws_training_windows_only(planted: Dataset) -> None:
         assert set(row.tolist()) == set(fold.tolist())
         assert torch.equal(planted.owner()[start], row)
         assert torch.equal(planted.owner()[start + 20], row)
-
-
-@pytest.mark.parametrize("content", [b"", b"not a checkpoint", b"PK\x03\x04"])
-def test_a_damaged_checkpoint(content: bytes, planted: Dataset, tmp_path: Path) -> None:
-    path = tmp_path / "model.pt"
-    path.write_bytes(content)
-    with pytest.raises(BadInput, match=r"model\.pt: not a checkpoint"):
-        load(path, recipe("f_h2").dynamics, planted)
 
 
 def test_a_checkpoint_of_another_model(planted: Dataset, tmp_path: Path) -> None:

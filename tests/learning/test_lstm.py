@@ -1,7 +1,5 @@
 """Sequences are cut, padded and checked; the network is the one of the equations, causal and in SI units."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -51,12 +49,6 @@ def test_runs_are_cut_and_padded(campaign: Campaign) -> None:
     assert some.runs.tolist() == [13, 11] and some.features.shape == (2, 5, 3)
     np.testing.assert_array_equal(some.features[1], sequences.features[0, :5])
     assert Sequences.of(campaign, INPUTS).features.shape == (4, 9, 3)
-
-
-def test_no_settings_are_an_empty_set(campaign: Campaign) -> None:
-    sequences = Sequences.of(campaign, SequenceInputs(("omega",)))
-    assert sequences.settings.shape == (4, 0)
-    assert fitted_scales(sequences).predict(sequences).shape == (4, 9)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 """Models of chapter 2: static ones, NARX and recurrent networks, Gaussian processes, least squares."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 
@@ -38,15 +36,7 @@ def test_it_is_power_out_by_power_in_whatever_the_motor_constant(constant: float
     np.testing.assert_allclose(found, torque * speed / (voltage * current), rtol=1e-12)
 
 
-def test_efficiencies_by_hand() -> None:
-    np.testing.assert_allclose(efficiency(np.array([4.0, 15.0]), 200.0, 0.0, 0.0), 1.0)
-    # E_a = 200 - 2 * 10 = 180 V, of 2000 W remain 180 * (10 - 0.006 * 180)
-    assert efficiency(np.array([10.0]), 200.0, 2.0, 0.006)[0] == pytest.approx(0.8028, abs=1e-12)
-
-
 U: Array = np.linspace(4.0, 15.0, 16)
-
-
 EXACT = efficiency(U, 200.0, 5.0, 0.006)
 #: Samples with noise.
 Y = EXACT + 0.01 * np.random.default_rng(0).standard_normal(len(U))

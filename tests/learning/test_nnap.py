@@ -1,7 +1,5 @@
 """Networks in systems: which go where, and compiled free runs with gradients equal to the torch reference."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -12,21 +10,11 @@ import torch
 from torch import nn
 
 from tests.machines.known import NAMES, built_in
-from tests.physics.kernel.problems import (
-    INTEGRATIONS,
-    Problem,
-    assert_equal,
-    bare,
-    by_kernel,
-    by_reference,
-    one_run,
-    problem,
-)
+from tests.physics.kernel.problems import INTEGRATIONS, assert_equal, bare, by_kernel, one_run, problem
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.learning.nnap import Nnap
-from unmodelled.learning.rollout import rollout, simulate
+from unmodelled.learning.rollout import simulate
 from unmodelled.learning.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
 from unmodelled.systems.model import System, symbol
 
@@ -42,15 +30,6 @@ def coordinates(system: System) -> list[tuple[sp.Expr, ...]]:
 
 
 @every
-def test_physics_only(system: System) -> None:
-    plan = physics_only()(system, system.uncertain)
-    assert plan.structure.system is system
-    assert (plan.structure.networks, plan.penalties, plan.structure.size) == ((), (), 0)
-    values = [system.values[k] for k in plan.structure.index]
-    assert values == [p.value for p in system.parameters if p.identify]
-
-
-@every
 def test_one_per_port(system: System) -> None:
     if not all(coordinates(system)):
         pytest.skip("a port has neither position nor velocity")
@@ -62,15 +41,6 @@ def test_one_per_port(system: System) -> None:
     assert [n.size for n in networks] == [6 * (len(q) + 2) + 1 for q in coordinates(system)]
     assert plan.penalties == (0.0,) * len(networks)
     assert plan.structure.trainable == system.uncertain
-
-
-@every
-def test_one_per_port_with_other_inputs(system: System) -> None:
-    state = system.states[0].name
-    plan = one_per_port(3, [state, f"sin({state})**2"])(system, ())
-    x = symbol(state)
-    assert all(n.inputs == (x, sp.sin(x) ** 2) for n in plan.structure.networks)
-    assert len(plan.structure.networks) == len(system.ports)
 
 
 @every
@@ -182,16 +152,6 @@ def test_any_number_of_windows(windows: int) -> None:
     assert_equal(given, INTEGRATIONS[3])
 
 
-def test_a_window_does_not_depend_on_the_others() -> None:
-    given = problem(with_networks(built_in("pendulum")))
-    whole = by_kernel(given, 0, INTEGRATIONS[3])
-    order = np.random.default_rng(0).permutation(len(given.starts))
-    starts = given.x0[order], given.starts[order]
-    X, Z = simulate(given.model, 0, given.data, *starts, given.steps, INTEGRATIONS[3])
-    np.testing.assert_array_equal(X, whole["X"].numpy()[order])
-    np.testing.assert_array_equal(Z, whole["Z"].numpy()[order])
-
-
 def test_a_window_that_diverges_leaves_the_others_alone() -> None:
     given = problem(with_networks(built_in("pendulum")))
     before = by_kernel(given, 0, INTEGRATIONS[0])
@@ -201,41 +161,6 @@ def test_a_window_that_diverges_leaves_the_others_alone() -> None:
     for name in ("X", "Z", "x0"):
         torch.testing.assert_close(after[name][others], before[name][others], rtol=0, atol=0)
     assert torch.isnan(after["X"][3]).all()
-
-
-def test_gradient_check() -> None:
-    given = problem(with_networks(built_in("pendulum")), windows=2, steps=2, period=0.02)
-    member, how = 1, Integration(0.02, "rk4", substeps=2, hold=1.0)
-
-    def run(x0: torch.Tensor, *_: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        return rollout(given.model, member, given.data, x0, given.starts, given.steps, how)
-
-    x0 = torch.tensor(given.x0, requires_grad=True)
-    # xi and weights are the model's own: what gradcheck does to them in place, the model sees
-    assert torch.autograd.gradcheck(run, (x0, given.model.xi, given.model.weights))
-
-
-def test_states_may_be_laid_out_in_any_way() -> None:
-    given = problem(with_networks(built_in("pendulum")))
-    how = INTEGRATIONS[0]
-    x0 = torch.tensor(given.x0).T.contiguous().T
-    X, _ = rollout(given.model, 0, given.data, x0, given.starts, given.steps, how)
-    torch.testing.assert_close(X, by_reference(given, 0, how)["X"])
-
-
-def test_efforts_at_a_port_add_up() -> None:
-    """Of two networks, the one with no weights changes nothing."""
-    system = built_in("pendulum")
-    given = problem(split(system))
-    first = given.model.structure.networks[0].size
-    with torch.no_grad():
-        given.model.weights[:, first:] = 0.0
-    single = Augmented(system, given.model.structure.networks[:1], given.model.structure.trainable)
-    parts = given.model.p, given.model.unit, given.model.scale[:, :1], given.model.gain[:, :1]
-    alone = Nnap(single, *parts, given.model.weights[:, :first].detach())
-    other = Problem(alone, given.data, given.x0, given.starts, given.steps)
-    found, expected = (by_kernel(each, 0, INTEGRATIONS[1])["X"] for each in (given, other))
-    torch.testing.assert_close(found, expected, rtol=1e-13, atol=0)
 
 
 def test_network_is_the_layers_of_torch() -> None:

@@ -1,7 +1,5 @@
 """Kernel, training and fits of recurrent networks: as by torch, converged or not, read back and gone on."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -19,15 +17,13 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence import recipe as recipes
-from pipeline.cam_follower.sequence.activations import rectified, sigmoid, tanh
 from pipeline.cam_follower.sequence.arrays import Sizes, room, views
 from pipeline.cam_follower.sequence.fits import read_fits
 from pipeline.cam_follower.sequence.kernel import gradient
-from pipeline.cam_follower.sequence.layout import flattened, restore, sizes
+from pipeline.cam_follower.sequence.layout import flattened, sizes
 from pipeline.cam_follower.sequence.passes import load
-from pipeline.cam_follower.sequence.products import add_product
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
-from pipeline.cam_follower.sequence.stack import scaled_output, train_stack
+from pipeline.cam_follower.sequence.stack import train_stack
 from pipeline.cam_follower.sequence.training import Course, Draws, Start, Training, standardised, train
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.campaign import Campaign
@@ -84,47 +80,6 @@ def _one_thread() -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize(
-    ("n", "depth", "width"), [(4, 3, 32), (20, 32, 32), (12, 5, 20), (28, 32, 64), (8, 1, 4)]
-)
-@pytest.mark.parametrize("transposed", [False, True])
-def test_tiles_make_a_product(n: int, depth: int, width: int, transposed: bool) -> None:
-    generator = np.random.default_rng(0)
-    shapes = (n, depth), (depth, width), (n, width)
-    a, b, out = (generator.standard_normal(shape).astype(np.float32) for shape in shapes)
-    expected = out.astype(np.float64) + a.astype(np.float64) @ b
-    flat = np.concatenate([np.full(3, 7.0, np.float32), out.ravel(), np.full(5, 7.0, np.float32)])
-    stored = (a.T if transposed else a).ravel()
-    add_product(flat, 3, stored, 0, *((1, n) if transposed else (depth, 1)), b.ravel(), 0, n, depth, width)
-    np.testing.assert_allclose(flat[3:-5].reshape(n, width), expected, rtol=2e-5, atol=1e-5)
-    assert (flat[:3] == 7.0).all() and (flat[-5:] == 7.0).all()
-
-
-def test_activations_are_accurate_in_single_precision() -> None:
-    x = np.concatenate([np.linspace(-30, 30, 20001), np.logspace(-30, 1, 400), [0.0]]).astype(np.float32)
-    one, two = x.copy(), x.copy()
-    tanh(one)
-    sigmoid(two)
-    exact = x.astype(np.float64)
-    np.testing.assert_allclose(one, np.tanh(exact), rtol=4e-7, atol=0.0)
-    np.testing.assert_allclose(two, 0.5 + 0.5 * np.tanh(0.5 * exact), rtol=0.0, atol=2e-7)
-
-
-def test_dropout_ignores_its_share_and_leaves_the_mean() -> None:
-    x = np.ones(200_000, np.float32)
-    rectified(x, np.float32(0.05), 12345)
-    assert set(np.unique(x)) == {np.float32(0.0), np.float32(1.0) / np.float32(0.95)}
-    # five standard deviations of a binomial
-    assert abs((x == 0.0).mean() - 0.05) < 5 * np.sqrt(0.05 * 0.95 / len(x))
-    neighbours = np.corrcoef(x[:-1], x[1:])[0, 1]
-    other = np.ones_like(x)
-    rectified(other, np.float32(0.05), 12346 + 0x9E3779B1)
-    assert abs(neighbours) < 0.012 and abs(np.corrcoef(x, other)[0, 1]) < 0.012
-    y = np.array([-2.0, 0.0, 3.0], np.float32)
-    rectified(y, np.float32(0.0), 1)
-    assert y.tolist() == [0.0, 0.0, 3.0]
-
-
 @pytest.mark.parametrize("shape", [{}, {"hidden": 20, "head": 8}])
 @pytest.mark.parametrize("inputs", [INPUTS, SequenceInputs(("F_dagger",))])
 def test_the_gradient_is_that_of_torch(shape: dict[str, int], inputs: SequenceInputs) -> None:
@@ -154,26 +109,18 @@ def test_the_gradient_is_that_of_torch(shape: dict[str, int], inputs: SequenceIn
         np.testing.assert_allclose(found, exact, rtol=1e-4, atol=1e-4 * np.abs(exact).max(initial=0.0))
 
 
-def test_weights_survive_the_change_of_layout() -> None:
-    start = beginning(hidden=8, head=12)
-    other = beginning(seed=1, hidden=8, head=12).network
-    restore(other, flattened(start.network))
-    torch.testing.assert_close(other.state_dict(), start.network.state_dict())
-    p = torch.from_numpy(flattened(start.network))[None]
-    tau, q = (torch.from_numpy(a) for a in start.runs[:2])
-    output = scaled_output(p, sizes(other), tau[None], q[None])[0]
-    torch.testing.assert_close(output, other.eval().scaled(tau[..., :5], q), rtol=1e-4, atol=1e-6)
-
-
-def test_a_size_that_vectors_do_not_fit_is_refused() -> None:
-    with pytest.raises(BadInput, match="hidden must be a multiple of 4, got 30"):
-        SequenceRecipe(INPUTS, FEW, hidden=30)
-
-
-@pytest.mark.parametrize(("dropout", "samples"), [(1.0, 200), (-0.1, 200), (0.0, 0)])
-def test_impossible_settings_are_refused(dropout: float, samples: int) -> None:
-    with pytest.raises(BadInput, match="must be"):
-        SequenceRecipe(INPUTS, FEW, dropout=dropout, samples=samples)
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"dropout": 1.0}, "must be"),
+        ({"dropout": -0.1}, "must be"),
+        ({"samples": 0}, "must be"),
+        ({"hidden": 30}, "hidden must be a multiple of 4, got 30"),  # the size of vectors
+    ],
+)
+def test_impossible_settings_are_refused(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        replace(RECIPE, **settings)
 
 
 def trained(cache: Path) -> str:
@@ -371,7 +318,6 @@ def test_a_damaged_fit_is_refused_and_nothing_overwritten(damage: Any, message: 
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """A folder with fits of one repeat."""
     RECIPE.fit(made(), FOLDS, 1, 5, tmp_path / "out")
     return tmp_path / "out"
 

@@ -1,7 +1,5 @@
 """Multiple shooting: exact gradients, a plant recovered through noise, the same result when killed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import islice
@@ -51,7 +49,6 @@ def system() -> System:
 
 @cache
 def data() -> Measured:
-    """Runs with noise."""
     rng = np.random.default_rng(0)
     runs = [swing(k) for k in range(RUNS)]
     x = np.concatenate([x for x, _ in runs])

@@ -1,7 +1,5 @@
 """Identification of a distribution: plant and recover, from a callable and from a system with its logs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -65,14 +63,6 @@ def observations(folder: Path, y: Array) -> Path:
     return path
 
 
-def test_observations_must_be_as_many_as_outputs(tmp_path: Path) -> None:
-    few = observations(tmp_path, np.ones(POINTS - 1))
-    with pytest.raises(BadInput, match="must have 60 rows, one for every output of the model, got 59"):
-        problem.of_observations(model(), problem.read_observations(few))
-    with pytest.raises(BadInput, match="row 1: no observations below it"):
-        problem.of_observations(model(), problem.read_observations(observations(tmp_path, np.ones(0))))
-
-
 def test_setups_that_make_no_sense_are_refused() -> None:
     with pytest.raises(BadInput, match="deviations: must be positive and increase"):
         replace(SETUP, deviations=(0.0, 0.1))
@@ -122,7 +112,6 @@ def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: 
 
 @pytest.fixture(scope="module")
 def identified(clutch_logs: Path) -> Path:
-    """What the verb writes for the twelve engagements."""
     out = clutch_logs.parent / "found"
     arguments = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"out={out}")
     assert command("identify_uncertainty", *arguments, *SHORT) == 0
@@ -213,14 +202,6 @@ def test_missing_events(clutch_logs: Path, tmp_path: Path, capsys: pytest.Captur
         assert said in capsys.readouterr().err
     assert command("identify_uncertainty", "system=systems/pendulum.yaml", *known[1:]) == 2
     assert "events: must be one" in capsys.readouterr().err
-
-
-def test_no_logs_are_refused(clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    header = (clutch_logs / "experiments.csv").read_text().splitlines()[0]
-    (tmp_path / "experiments.csv").write_text(header + "\n")
-    known = ("system=systems/clutch.yaml", f"logs={tmp_path}", f"out={tmp_path}_found")
-    assert command("identify_uncertainty", *known) == 2
-    assert "experiments.csv: row 1: column id: no experiments below it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("sharp", [False, True])

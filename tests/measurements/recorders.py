@@ -1,7 +1,5 @@
 """Files of every format that is read, made by the format's own writer; and their bytes where it has none."""
 
-from __future__ import annotations
-
 import json
 import struct
 from collections.abc import Callable
@@ -27,7 +25,6 @@ from unmodelled.logs.readers.reader import Table
 
 
 def tables(path: Path) -> list[Table]:
-    """The tables that are read from a file."""
     faults = Faults()
     found = read_files([path], None, faults)
     faults.check()

@@ -1,7 +1,5 @@
 """Systems and log folders that the tests of measurements share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -62,12 +60,10 @@ def run(n: int = 400, period: float = 0.002, rate: float = 3.0) -> dict[str, Arr
 
 
 def rows(log: Log, some: Any) -> dict[str, Array]:
-    """Some rows of a log, in any order."""
     return {name: column[some] for name, column in log.items()}
 
 
 def write_tables(folder: Path, logs: Mapping[str, Mapping[str, Any]], suffix: str = "csv") -> Path:
-    """A folder with a file for each of the logs."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, log in logs.items():
         getattr(pd.DataFrame(log), f"to_{suffix}")(folder / f"{name}.{suffix}", index=False)
@@ -93,7 +89,6 @@ def write(folder: Path, logs: Mapping[str, Mapping[str, Any]], **keys: Any) -> P
 
 
 def refused(place: Path, system: System | None = None) -> str:
-    """All lines for which logs are refused."""
     return "\n".join(refusals(lambda: read_logs(place, system or motor())))
 
 

@@ -1,7 +1,5 @@
 """Constants that the system file gives, and inputs that are logged early or late; from folders and stores."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.machines.folders import logs_of, system_of
+from tests.machines.folders import logs_of, system_of, text_of
 from tests.machines.known import written_again
 from tests.measurements.systems import assert_same, motor, rows, run, write_folder
 from unmodelled import BadInput, read_logs
@@ -38,20 +36,8 @@ def test_values_of_the_file_need_no_column_and_take_the_place_of_one(folder: Pat
     assert logs.c.tolist() == [[0.25], [-0.5]]
 
 
-ROOM = """
-schema: system/1
-name: room
-states: {T: {unit: K}}
-inputs: {P: {unit: W}}
-outputs: {T: {unit: degC}}
-operating_point: {T_out: {unit: degC}, T_wall: {unit: degC, values: {a: 10}, other: 20}}
-parameters: {C: {value: 2000, unit: J/K}, k: {value: 3, unit: W/K}}
-dynamics: {T: (P - k*(T - T_out) - k*(T - T_wall))/C}
-"""
-
-
 def test_a_constant_may_have_the_unit_of_its_column(tmp_path: Path) -> None:
-    system = system_of(ROOM, tmp_path)
+    system = system_of(text_of("walled_room.yaml"), tmp_path)
     log = {"t": np.arange(60) * 10.0, "P": np.sin(np.arange(60)), "T": 20.0 + np.cos(np.arange(60))}
     logs = logs_of(system, tmp_path / "logs", [log, log], id=["a", "b"], T_out=[5.0, -3.0])
     np.testing.assert_allclose(logs.c, [[278.15, 283.15], [270.15, 293.15]])
@@ -87,12 +73,6 @@ def test_a_store_is_read_for_other_states_delays_and_constants(folder: Path, del
     assert_same(read_logs(folder.parent / "store", grown), read_logs(folder, grown), "notes")
 
 
-def test_a_store_with_more_constants_belongs_to_another_system(folder: Path) -> None:
-    read_logs(folder, motor()).write(folder.parent / "store")
-    with pytest.raises(BadInput, match="was not written for the system motor"):
-        read_logs(folder.parent / "store", given())
-
-
 @pytest.mark.parametrize(
     ("provenance", "words"),
     [
@@ -115,16 +95,6 @@ def test_a_damaged_store_is_refused(folder: Path, provenance: str | None, words:
         table.drop(columns="samples").to_parquet(store / "experiments.parquet")
     with pytest.raises(BadInput, match=words):
         read_logs(store, motor())
-
-
-@pytest.mark.parametrize("delay", [-0.01, -0.0113])
-def test_an_input_that_is_logged_late_acts_before(folder: Path, delay: float) -> None:
-    log = {**run(), "voltage": 2.0 + 3.0 * run()["t"]}
-    logs = read_logs(write_folder(folder, {"a": log, "b": log}), motor(input_delay=delay))
-    assert logs.delays == (delay,)
-    for i in range(2):
-        acting = 2.0 + 3.0 * np.minimum(log["t"] - delay, log["t"][-1])
-        np.testing.assert_allclose(logs.u[logs.rows(i), 0], acting, atol=1e-12)
 
 
 @pytest.mark.parametrize("delay", [0.2, -5.0])

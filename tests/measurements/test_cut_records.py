@@ -1,7 +1,5 @@
 """States that no output shows go on where a record is cut, as they do in the machine."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.machines.folders import system_of, write_runs
+from tests.machines.folders import system_of, text_of, write_runs
 from tests.machines.known import Array
 from tests.measurements.systems import write
 from unmodelled import Logs, diagnose, read_logs
@@ -37,16 +35,7 @@ class Machine:
 
 
 PLATE = Machine(
-    """
-schema: system/1
-name: plate
-states: {surface: {unit: K, initial: 293}, core: {unit: K, initial: 293}}
-inputs: {P: {unit: W, hold: true}}
-outputs: {y: {unit: K, expression: surface}}
-parameters: {C: {value: 40, unit: J/K}, D: {value: 900, unit: J/K}, g: {value: 2, unit: W/K},
-  h: {value: 0.8, unit: W/K}, room: {value: 293, unit: K}}
-dynamics: {surface: (P - g*(surface - core))/C, core: (g*(surface - core) - h*(core - room))/D}
-""",
+    text_of("plate.yaml"),
     lambda x, u: [(u - 2.0 * (x[0] - x[1])) / 40.0, (2.0 * (x[0] - x[1]) - 0.8 * (x[1] - 293.0)) / 900.0],
     (293.0, 293.0),
     lambda x, u: x[:, 0],
@@ -55,16 +44,7 @@ dynamics: {surface: (P - g*(surface - core))/C, core: (g*(surface - core) - h*(c
     200.0,
 )
 TANKS = Machine(
-    """
-schema: system/1
-name: tanks
-states: {upper: {unit: m, initial: 0.5}, lower: {unit: m, initial: 0.2}}
-inputs: {inflow: {unit: m^3/s, hold: true}}
-outputs: {y: {unit: m, expression: lower}}
-parameters: {A: {value: 0.1, unit: m^2}, B: {value: 0.02, unit: m^2}, a: {value: 0.0003, unit: m^2},
-  b: {value: 0.0004, unit: m^2}, G: {value: 19.62, unit: m/s^2}}
-dynamics: {upper: (inflow - a*sqrt(G*upper))/A, lower: (a*sqrt(G*upper) - b*sqrt(G*lower))/B}
-""",
+    text_of("tanks.yaml"),
     lambda x, u: [
         (u - 3e-4 * np.sqrt(19.62 * x[0])) / 0.1,
         (3e-4 * np.sqrt(19.62 * x[0]) - 4e-4 * np.sqrt(19.62 * x[1])) / 0.02,
@@ -76,16 +56,7 @@ dynamics: {upper: (inflow - a*sqrt(G*upper))/A, lower: (a*sqrt(G*upper) - b*sqrt
     100.0,
 )
 CELL = Machine(
-    """
-schema: system/1
-name: cell
-states: {soc: {unit: "1", initial: 0.9}, z: {unit: V, initial: 0}}
-inputs: {i: {unit: A, hold: true}}
-outputs: {y: {unit: V, expression: E + k*soc - R*i - z}}
-parameters: {Q: {value: 7200, unit: A s}, E: {value: 3.3, unit: V}, k: {value: 0.8, unit: V},
-  R: {value: 0.03, unit: ohm}, S: {value: 0.05, unit: ohm}, T: {value: 700, unit: s}}
-dynamics: {soc: -i/Q, z: (S*i - z)/T}
-""",
+    text_of("branched_cell.yaml"),
     lambda x, u: [-u / 7200.0, (0.05 * u - x[1]) / 700.0],
     (0.9, 0.0),
     lambda x, u: 3.3 + 0.8 * x[:, 0] - 0.03 * u - x[:, 1],

@@ -1,7 +1,5 @@
 """Text tables as recorders write them, and names beside lists: elements follow their names in any format."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """When events happened in logs: on the virtual clutch bench, and in falls of known moment."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Logs as HDF5: the same arrays as from CSV and Parquet, and the same refusals."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -44,7 +42,6 @@ def write_files(folder: Path, group: str = "") -> Path:
 
 
 def write_container(path: Path) -> Path:
-    """One HDF5 file with a group for each of the logs."""
     with h5py.File(path, "w", track_order=True) as file:
         for (name, log), mass in zip(LOGS.items(), (0.5, 0.25), strict=True):
             put(file.create_group(name), **log).attrs["m"] = mass
@@ -108,7 +105,6 @@ def test_logs_with_delays_or_an_id_with_a_slash_are_not_written(tmp_path: Path) 
 
 
 def bad_groups(file: Any) -> dict[str, str]:
-    """Groups that are refused, and what is said of them."""
     t = run(60)["t"]
     put(file.create_group("capital"), angle=None, Angle=t).attrs["m"] = 0.5
     put(file.create_group("other"), angle=None, phi=t)

@@ -1,7 +1,5 @@
 """Log folders become arrays on one uniform clock."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -12,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.machines.folders import system_of
+from tests.machines.folders import system_of, text_of
 from tests.machines.known import written_again
 from tests.measurements.systems import ANGLE, SPEED, assert_same, motor, refused, rows, run, write_folder
 from unmodelled import BadInput, Logs, read_logs
@@ -80,14 +78,7 @@ def test_parts_that_cannot_be(tmp_path: Path, start: str, end: str, words: str) 
 
 
 def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
-    known = system_of(
-        "schema: system/1\nname: oven\nstates: {T: {unit: K}, phi: {unit: rad}, n: {unit: rad/s}}\n"
-        "inputs: {P: {unit: kW, column: power}}\n"
-        "outputs: {T: {unit: degC}, phi: {unit: deg}, n: {unit: rpm}}\n"
-        "parameters: {C: {value: 2000, unit: J/K}, E: {value: 1000, unit: J}}\n"
-        "dynamics: {T: P/C, phi: n, n: -n*P/E}\n",
-        tmp_path,
-    )
+    known = system_of(text_of("oven.yaml"), tmp_path)
     assert [o.unit for o in known.outputs] == ["K", "rad", "rad/s"] and known.inputs[0].unit == "W"
     t, rng = 0.01 * np.arange(100), np.random.default_rng(0)
     seen = {"t": t, **{name: np.cumsum(rng.normal(size=100)) for name in ("power", "T", "phi", "n")}}
@@ -131,8 +122,9 @@ def test_the_store_comes_back_exactly(tmp_path: Path) -> None:
 
 def test_a_store_belongs_to_its_system(tmp_path: Path) -> None:
     read_logs(write_folder(tmp_path / "logs", {"a": run()}), motor()).write(tmp_path / "store")
-    with pytest.raises(BadInput, match=r"store: provenance.json: was not written for the system motor"):
-        read_logs(tmp_path / "store", motor(BOTH))
+    for other in (motor(BOTH), replace(motor(), operating_point=())):
+        with pytest.raises(BadInput, match=r"store: provenance.json: was not written for the system motor"):
+            read_logs(tmp_path / "store", other)
 
 
 def test_the_states_of_another_system(tmp_path: Path) -> None:
@@ -206,17 +198,13 @@ def test_only_angles_that_jump_by_a_turn_are_unwrapped(tmp_path: Path) -> None:
         assert "theta was unwrapped" not in logs.notes
 
 
-def test_a_dead_input_is_fine(tmp_path: Path) -> None:
-    folder = write_folder(tmp_path, {"a": {**run(), "voltage": np.full(400, 6)}})
-    assert np.all(read_logs(folder, motor()).u == 6.0)
-
-
-@pytest.mark.parametrize("delay", [0.01, 0.0113])
-def test_an_input_acts_after_its_delay(tmp_path: Path, delay: float) -> None:
+@pytest.mark.parametrize("delay", [0.01, 0.0113, -0.01, -0.0113])
+def test_an_input_acts_after_its_delay_or_before_it_is_logged(tmp_path: Path, delay: float) -> None:
     log = {**run(), "voltage": 2.0 + 3.0 * run()["t"]}
     logs = read_logs(write_folder(tmp_path, {"a": log, "b": log}), motor(BOTH, input_delay=delay))
+    assert logs.delays == (delay,)
     for i in range(2):
-        acting = 2.0 + 3.0 * np.maximum(log["t"] - delay, 0.0)
+        acting = 2.0 + 3.0 * np.clip(log["t"] - delay, 0.0, log["t"][-1])
         np.testing.assert_allclose(logs.u[logs.rows(i), 0], acting, atol=1e-12)
 
 

@@ -1,7 +1,5 @@
 """Mappings: the same arrays as from a tidy log folder, untidy rows and clocks, and what is refused."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +11,7 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from tests.machines.folders import system_of
+from tests.machines.folders import system_of, text_of
 from tests.measurements.systems import (
     ANGLE,
     SPEED,
@@ -101,12 +99,6 @@ def test_rows_out_of_order_and_repeated_stamps_are_mended_and_counted(tmp_path: 
         "rows out of order, sorted by time: 1",
         "rows that repeat a time stamp, left out: 2",
     )
-
-
-def test_a_clock_that_is_too_coarse_is_refused(tmp_path: Path) -> None:
-    log = run(200)
-    write(tmp_path, {"a": {**log, "t": np.round(log["t"], 2)}})
-    assert "159 of 200 rows repeat a time stamp: the clock is too coarse" in refused(tmp_path)
 
 
 def test_rows_without_a_value_are_left_out_or_read_between_others(tmp_path: Path) -> None:
@@ -275,8 +267,6 @@ def test_groups_of_files_are_experiments(tmp_path: Path) -> None:
 
 SIGNALS = "signals: {angle: angle, voltage: voltage}"
 HEAD = f"schema: mapping/1\nfiles: '*.csv'\ntime: t\nconstants: {{m: 1}}\n{SIGNALS}\n"
-
-
 #: Other words for parts of the mapping, and what is said of them.
 WRONG = {
     "mapping/1": {"mapping/2": "line 1: schema: must start with 'schema: mapping/1'"},
@@ -357,22 +347,6 @@ def test_all_files_are_told_of(tmp_path: Path) -> None:
     assert f"{tmp_path}/c.csv: row 1: no row of numbers" in told
 
 
-def test_columns_in_several_tables_must_be_named_with_theirs(tmp_path: Path) -> None:
-    told = refused(write_json(tmp_path, {"a": run(60), "b": run(60)}))
-    assert "'angle' is in several tables of" in told and "write 'a.angle', 'b.angle'" in told
-
-
-CRANE = """
-schema: system/1
-name: crane
-states: {x: {unit: m}, v: {unit: m/s}}
-inputs: {r: {unit: m}}
-outputs: {x: {unit: m}}
-parameters: {k: {value: 4, unit: 1/s^2}, d: {value: 1, unit: 1/s}}
-dynamics: {x: v, v: k*(r - x) - d*v}
-"""
-
-
 def smooth(t: Array) -> Array:
     return np.sin(4.0 * t) + 0.3 * np.cos(9.0 * t)
 
@@ -391,7 +365,7 @@ def test_commands_are_read_as_smooth_as_they_are(
     write_tables(tmp_path / "run", {"sensor": sensor, "drive": drive})
     signals = {"x": {"column": "sensor.x", "unit": "m"}, "r": {"column": "drive.r", "unit": "m"}}
     write(tmp_path, {}, files=["*/"], signals=signals, constants=None)
-    u = read_logs(tmp_path, system_of(CRANE, tmp_path)).u[:, 0]
+    u = read_logs(tmp_path, system_of(text_of("positioned_load.yaml"), tmp_path)).u[:, 0]
     straight = np.interp(t, slow, command(slow))
     if command is smooth:
         assert np.abs(u - smooth(t)).max() < error < 0.2 * np.abs(straight - smooth(t)).max()

@@ -1,16 +1,11 @@
 """Contract of all readers: the same numbers from every format, and one line about what is damaged."""
 
-from __future__ import annotations
-
-import json
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from asammdf import MDF, Signal
 from mcap.writer import Writer
@@ -153,25 +148,6 @@ def test_stamps_in_messages_are_a_clock_too(tmp_path: Path) -> None:
     assert logs.period == pytest.approx(0.002, rel=1e-5)
 
 
-def test_a_lerobot_data_set_names_its_joints(tmp_path: Path) -> None:
-    place = tmp_path / "data" / "chunk-000"
-    place.mkdir(parents=True)
-    state = [[0.0, float(angle)] for angle in ANGLE]
-    names = {"motors": ["hip", "knee"]}
-    for episode in (0, 1):
-        columns = {"timestamp": T.astype(np.float32), "observation.state": state, "action": state}
-        columns["episode_index"] = np.full(len(T), episode)
-        pq.write_table(pa.table(columns), place / f"episode_{episode:06d}.parquet")
-    (tmp_path / "meta").mkdir()
-    info = {"fps": 500, "features": {"observation.state": {"names": names}, "action": {"names": None}}}
-    (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
-    place = {"files": "data/chunk-*/*.parquet", "time": "timestamp", "split_by": "episode_index"}
-    write(tmp_path, {}, signals={"angle": "observation.state[knee]", "voltage": "action[1]"}, **place)
-    logs = read_logs(tmp_path, motor())
-    assert logs.ids == ("episode_000000-0", "episode_000001-1")
-    np.testing.assert_allclose(logs.y[:80, 0], ANGLE, atol=1e-4)
-
-
 def test_a_formula_in_a_file_is_not_executed(tmp_path: Path) -> None:
     with_mapping(tmp_path, "mdf")
     with MDF(version="4.10") as file:
@@ -200,12 +176,6 @@ def test_messages_that_cannot_be_decoded_are_named(tmp_path: Path) -> None:
         writer.finish()
     with pytest.raises(BadInput, match="messages of /image are in protobuf: convert them"):
         tables(tmp_path / "a.mcap")
-
-
-def test_files_of_several_formats_are_one_campaign(tmp_path: Path) -> None:
-    files = [f"{name}/{recorded(tmp_path / name, name).name}" for name in ("parquet", "json")]
-    write(tmp_path, {}, files=files, signals={"angle": "position[1]", "voltage": "voltage"})
-    assert len(read_logs(tmp_path, motor())) == 2
 
 
 def test_csv_of_pandas_with_an_index(tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """States along experiments: read, also behind a filter, differentiated, integrated."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,7 +25,6 @@ from unmodelled.systems.model import Output, State, symbol
 
 
 def grown(system: System, *more: tuple[State, sp.Expr]) -> System:
-    """The system with further states and their rates."""
     states, rates = zip(*more, strict=True)
     return replace(system, states=(*system.states, *states), dynamics=(*system.dynamics, *rates))
 
@@ -244,13 +241,6 @@ def test_windows_start_at_the_angle_before_the_filter(filtered: tuple[System, Lo
     tables = simulation.reader(np.repeat(values, 2, axis=0), simulation.recording)
     assert_allclose(tables.x[0, 100:900, 0], np.sin(RATE * logs.t[100:900]), atol=1e-4)
     assert_allclose(tables.x[0, 100:900, 1], RATE * np.cos(RATE * logs.t[100:900]), atol=0.02 * RATE)
-
-
-def test_without_the_filter_the_output_is_read_as_it_is(filtered: tuple[System, Logs]) -> None:
-    grown, logs = filtered
-    simulation = Simulation(grown.with_values({"c_y": 0.0}), Recording.of(logs, 0.1))
-    tables = simulation.reader(np.repeat(simulation.values[None, None], 2, axis=0), simulation.recording)
-    assert_allclose(tables.x[0, :, 0], logs.y[:, 0])
 
 
 def test_a_state_that_follows_another_one_is_read_from_its_own_output(filtered: tuple[System, Logs]) -> None:

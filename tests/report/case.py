@@ -37,7 +37,6 @@ def put(path: Path, content: Any) -> None:
 
 
 def claim(**changes: Any) -> dict[str, Any]:
-    """A claim of chapter 6."""
     return {
         "id": "hybrids",
         "chapter": 6,
@@ -54,7 +53,6 @@ def claim(**changes: Any) -> dict[str, Any]:
 
 
 def figure(number: str, **changes: Any) -> dict[str, Any]:
-    """An entry of figures.json."""
     return {
         "id": f"fig_{number.replace('.', '_')}",
         "number": number,
@@ -67,12 +65,10 @@ def figure(number: str, **changes: Any) -> dict[str, Any]:
 
 
 def formula(mathml: str) -> dict[str, Any]:
-    """Equations of chapter 6."""
     return {"chapter": 6, "rows": [{"kind": "dynamics", "text": "v", "mathml": mathml}]}
 
 
 def execution(stage: str, **changes: Any) -> dict[str, Any]:
-    """The note of an executed stage."""
     return {
         "stage": stage,
         "command": f"python -m pipeline {stage.partition('@')[0]} out=data/{stage}",
@@ -112,7 +108,6 @@ def write_inputs(folder: Path) -> Path:
 
 
 def diagnosis(system: str = "emps") -> dict[str, Any]:
-    """Content of diagnosis.json."""
     gap = {"known": 0.31, "reidentified": 0.18, "augmented": 0.012, "neural": 0.011, "floor": 6.27e-6}
     gap |= {"shrink": 0.98, "interval": [0.97, 0.99], "held_out": ["run2"]}
     errors = {"known": 0.014, "augmented": 2e-4, "known_whole_run": 0.21, "augmented_whole_run": None}
@@ -167,8 +162,6 @@ def make(inputs: Path, out: Path) -> dict[str, str]:
 
 
 class Page(HTMLParser):
-    """Addresses and ids of a page."""
-
     def __init__(self, text: str) -> None:
         super().__init__()
         self.addresses: list[str] = []

@@ -17,8 +17,8 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from tests.browser import faults, opened
-from tests.diagnosis.diagnoses import Said, diagnosis
-from tests.diagnosis.studies import ANGLE, JOINT
+from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis
+from tests.diagnosis.studies import ANGLE
 from tests.report.test_simulation_script import simulated
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.figure_tables import write_tables
@@ -33,7 +33,6 @@ COMMAND = "python -m pipeline diagnose system=system.yaml logs=logs"
 EVIL = (
     """</script><script>window.hacked=1</script><img src=x onerror="window.hacked=1">'"`${window.hacked=1}"""
 )
-FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 LATE = Said("sensor_delay", ANGLE, {"T_d_theta": 0.003})
 
 
@@ -45,7 +44,6 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
 
 @pytest.fixture(scope="module")
 def answer(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of the answer."""
     out = tmp_path_factory.mktemp("answer")
     place = where(found)
     write_json(out / "diagnosis.json", summary(found, place))

@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.stages import diagnose_systems as diagnosing
 from pipeline.stages.draw_diagnoses import draw_diagnoses
-from tests.diagnosis.found import BENCH, friction
+from tests.diagnosis.diagnoses import BENCH, friction
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.figure_tables import write_tables
