@@ -1,7 +1,5 @@
 """What must never get through: every kind of input that is known to be wrong, hostile or both."""
 
-from __future__ import annotations
-
 import gzip
 import io
 import os

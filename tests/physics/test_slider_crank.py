@@ -1,7 +1,5 @@
 """The slider-crank from three sides: Newton-Euler, Lagrange, and the system file; energy and power."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import mpmath

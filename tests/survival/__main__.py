@@ -7,8 +7,6 @@ After the kills: a full disk, a folder that is read-only, Ctrl-C, two runs at on
 help, and the metrics are the same.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random

@@ -1,7 +1,5 @@
 """Polynomial chaos: coefficients, moments of any order, and what it refuses."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import comb
 

@@ -1,7 +1,5 @@
 """Densities from samples, from two moments and of largest entropy, and the Earth Mover's Distance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

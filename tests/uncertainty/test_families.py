@@ -1,7 +1,5 @@
 """Families of parameter distributions: each is one distribution, seen from its density, quantile and germ."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

@@ -1,7 +1,5 @@
 """Profiles of one and of two parameters, curvature and advice, on log-likelihoods whose shape is known."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 

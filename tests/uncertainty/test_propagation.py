@@ -1,7 +1,5 @@
 """From alpha to densities by every way, against closed forms, slow quadrature and Monte Carlo."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Every effect at every kind of place: alone, on top of others, in some experiments only, and on robots."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from itertools import islice, permutations

@@ -1,7 +1,5 @@
 """Systems as FMUs: run by FMPy, they are the free runs of this package, with delays and initial states."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from dataclasses import replace

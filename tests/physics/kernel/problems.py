@@ -1,7 +1,5 @@
 """Free runs of kernels next to those of the torch reference."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

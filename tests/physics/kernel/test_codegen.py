@@ -1,7 +1,5 @@
 """Generated code and its functions of one number compute what the symbolic equations say."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Event times, compiled and by numpy: those of closed forms, of an adaptive integrator, and of each other."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """Kernels are generated once for every structure, and kept."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator

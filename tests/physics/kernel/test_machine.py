@@ -1,7 +1,5 @@
 """The register machine and NumPy functions compute what the symbolic equations say."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random robots as MJCF, and their motion by MuJoCo."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -1,7 +1,5 @@
 """Accelerations of robots: closed forms, MuJoCo on random trees, derivatives, energy."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco

@@ -1,7 +1,5 @@
 """Reading system files: what is accepted, and that any other file is refused in one line with its place."""
 
-from __future__ import annotations
-
 import re
 import time
 from pathlib import Path
