@@ -1,6 +1,6 @@
 """Exact Shapley values against their definition, and DeepSHAP and shap's gradients against them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from itertools import permutations
 
 import numpy as np
@@ -9,33 +9,45 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley, shapley_weights
 from pipeline.attribution.result import Attribution
-from tests.attribution.problems import (
-    STATES,
-    alike,
-    deaf,
-    inputs_of,
-    mean_phi,
-    random_network,
-    random_runs,
-    rows,
-    twins,
-)
-from unmodelled.base.threads import one_thread
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from tests.attribution.problems import STATES, inputs_of, mean_phi, random_network, random_runs, rows
 
-Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)
 Method = Callable[..., list[Attribution]]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def quick() -> Iterator[None]:
-    with one_thread():
-        yield
+def twins(inputs: SequenceInputs, seed: int) -> DetachmentNetwork:
+    """A network that treats the first two features alike, and the first two settings."""
+    network = random_network(inputs, seed)
+    with torch.no_grad():
+        for values in (network.lstm.weight_ih_l0, network.feature_mean, network.feature_scale):
+            values[..., 1] = values[..., 0]
+        for values in (network.head.weight[:, STATES:], network.setting_mean, network.setting_scale):
+            values[..., 1] = values[..., 0]
+    return network
+
+
+def alike(runs: Sequences) -> Sequences:
+    """The runs with the second feature equal to the first, and the second setting."""
+    for values in (runs.features, runs.settings):
+        values[..., 1] = values[..., 0]
+    return runs
+
+
+def deaf(
+    inputs: SequenceInputs, seed: int, features: Sequence[int], settings: Sequence[int]
+) -> DetachmentNetwork:
+    """A network that does not listen to some features and settings."""
+    network = random_network(inputs, seed)
+    with torch.no_grad():
+        network.lstm.weight_ih_l0[:, list(features)] = 0.0
+        network.head.weight[:, [STATES + j for j in settings]] = 0.0
+    return network
 
 
 @settings(max_examples=10, deadline=None)
@@ -104,13 +116,20 @@ def test_inputs_alike_get_the_same(method: Method, seed: int) -> None:
     assert np.abs(found.phi[0] - found.phi[2]).max() > 1e-6
 
 
-def test_what_the_network_does_not_read_gets_nothing() -> None:
+@pytest.mark.parametrize(("method", "atol"), [(deep_shap, 0.0), (exact_shapley, 1e-13)])
+def test_what_the_network_does_not_read_gets_nothing(method: Method, atol: float) -> None:
+    inputs = inputs_of(4, 2)
+    network = deaf(inputs, 0, [1, 2], [0])
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [7, 6], 2)
+    (found,) = method(network, run, background)
+    assert_allclose(found.phi[[1, 2, 4]], 0.0, rtol=0.0, atol=atol)
+    assert np.abs(found.phi[[0, 3, 5]]).max(1).min() > 1e-6
+
+
+def test_groups_that_the_network_does_not_read_get_nothing() -> None:
     inputs = inputs_of(4, 2)
     network = deaf(inputs, 0, [1, 2], [0])
     run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6, 6], 2)
-    (found,) = exact_shapley(network, run, background)
-    assert_allclose(found.phi[[1, 2, 4]], 0.0, atol=1e-13)
-    assert np.abs(found.phi[[0, 3, 5]]).max(1).min() > 1e-6
     groups = {"setting": ["q1"], "silent": ["x1", "x2"], "heard": ["x3", "x0"], "mute": ["q0"]}
     (grouped,) = exact_shapley(network, run, background, groups)
     phi = dict(zip(grouped.names, grouped.phi, strict=True))

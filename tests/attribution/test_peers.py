@@ -16,7 +16,6 @@ from pipeline.attribution.recurrent import Recurrent
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
 from tests.attribution.problems import inputs_of, random_network, random_runs
-from unmodelled.base.threads import one_thread
 
 
 @pytest.fixture(scope="module")
@@ -40,20 +39,18 @@ def test_head_equals_deep_explainer(shap: ModuleType) -> None:
     assert np.abs(found.phi[2:, 5]).min() > 1e-6
 
 
-def head_at(network: DetachmentNetwork, run: Sequences, step: int) -> torch.nn.Sequential:
+def head_at(network: DetachmentNetwork, run: Sequences, step: int) -> nn.Sequential:
     """The network at a step of a run, as a function of the settings alone."""
     recurrent = Recurrent.of(network)
-    first, last = (
-        torch.nn.Linear(3, len(recurrent.b5)).double(),
-        torch.nn.Linear(len(recurrent.b5), 1).double(),
-    )
+    units = len(recurrent.b5)
+    first, last = (nn.Linear(*sizes).double() for sizes in ((3, units), (units, 1)))
     with torch.no_grad():
         first.weight.copy_(recurrent.W5_q.T)
         s = recurrent.trace(run, step + 1).s[-1, 0]
         first.bias.copy_(recurrent.b5 + s @ recurrent.W5_s)
         last.weight.copy_(recurrent.W6[None])
         last.bias.copy_(recurrent.b6)
-    return torch.nn.Sequential(first, torch.nn.ReLU(), last)
+    return nn.Sequential(first, nn.ReLU(), last)
 
 
 class AtStep(nn.Module):
@@ -68,16 +65,12 @@ class AtStep(nn.Module):
         return output
 
 
-@one_thread()
 def test_gradient_explainer_agrees(shap: ModuleType) -> None:
     """Expected gradients share the axioms and are close for a network that bends little."""
     inputs = inputs_of(3, 2)
     network = random_network(inputs, 2, 0.4)
     run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6] * 5, 2)
-    data, x = (
-        [torch.from_numpy(a) for a in (sequences.features, sequences.settings)]
-        for sequences in (background, run)
-    )
+    data, x = ([torch.from_numpy(a) for a in (s.features, s.settings)] for s in (background, run))
     of_tau, of_q = shap.GradientExplainer(AtStep(network, 5), data).shap_values(x, nsamples=2000, rseed=0)
     gradients = np.concatenate([of_tau.sum((0, 1, 3)), of_q[0, :, 0]])
     (found,) = exact_shapley(network, run, background)
