@@ -1,6 +1,5 @@
 """Config files, signatures, and what the stage graph declares."""
 
-import ast
 import inspect
 import re
 
@@ -33,14 +32,10 @@ def composed(verb: str, *overrides: str) -> DictConfig:
     return PROGRAM.compose(verb, [f"hydra.runtime.output_dir={ROOT}", *overrides], with_hydra=True)
 
 
-def stage_of(config: DictConfig) -> object:
-    return hydra.utils.get_method(config["_target_"])
-
-
 @pytest.mark.parametrize("verb", PROGRAM.verbs)
 def test_a_signature_is_its_config_schema(verb: str) -> None:
     config = composed(verb)
-    signature = inspect.signature(stage_of(config))  # type: ignore[arg-type]
+    signature = inspect.signature(hydra.utils.get_method(config["_target_"]))
     assert set(config) - {"_target_", "hydra"} == set(signature.parameters)
     assert all(p.annotation is not p.empty for p in signature.parameters.values())
 
@@ -72,10 +67,3 @@ def test_params_name_existing_files(kind: str) -> None:
     group = {"splits": "split", "campaigns": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
         assert name in PROGRAM.groups()[group]
-
-
-def test_heavy_imports_are_lazy() -> None:
-    heavy = {"torch", "numba", "shap", "matplotlib", "scipy", "pandas", "hydra"}
-    tree = ast.parse((ROOT / "pipeline" / "__main__.py").read_text())
-    top = {n.name.split(".")[0] for node in tree.body if isinstance(node, ast.Import) for n in node.names}
-    assert not top & heavy

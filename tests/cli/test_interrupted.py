@@ -14,16 +14,15 @@ import pytest
 from unmodelled.base.ownership import MARKER
 from unmodelled.base.workers import INTERRUPTION
 
+Ready = Callable[[psutil.Process], bool]
+
 
 def interrupted(
-    arguments: list[str],
-    folder: Path,
-    ready: Callable[[psutil.Process], bool],
-    number: signal.Signals = signal.SIGINT,
+    arguments: list[str], folder: Path, ready: Ready, number: signal.Signals = signal.SIGINT
 ) -> list[str]:
-    """What a verb says when it is interrupted, as from a terminal, once it is `ready`; no process is left."""
+    """What a module says when it is interrupted as from a terminal once it is `ready`; no process is left."""
     with subprocess.Popen(
-        [sys.executable, "-m", "pipeline", *arguments],
+        [sys.executable, "-m", *arguments],
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -51,6 +50,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def loading(process: psutil.Process) -> bool:
+    """Whether the process has loaded libraries for a while."""
+    return bool(process.cpu_times().user > 0.4)
+
+
 def workers(process: psutil.Process) -> bool:
     """Whether the processes of a pool have started, and loaded their libraries for a while."""
     return sum(child.cpu_times().user > 1.0 for child in process.children()) >= 2
@@ -58,14 +62,10 @@ def workers(process: psutil.Process) -> bool:
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("moment", ["libraries", "workers"])
-def test_one_line_and_nothing_is_changed(moment: str, number: signal.Signals, folder: Path) -> None:
-    def loading(process: psutil.Process) -> bool:
-        return bool(process.cpu_times().user > 0.4)
-
+@pytest.mark.parametrize("ready", [loading, workers])
+def test_one_line_and_nothing_is_changed(ready: Ready, number: signal.Signals, folder: Path) -> None:
     out = folder / "out"
-    ready = workers if moment == "workers" else loading
-    assert interrupted(["acquire", f"out={out}"], folder, ready, number) == [INTERRUPTION]
+    assert interrupted(["pipeline", "acquire", f"out={out}"], folder, ready, number) == [INTERRUPTION]
     assert [p.name for p in folder.iterdir()] == ["out"]
     assert (out / "campaign.zip").read_text() == "of an earlier run"
 
@@ -138,6 +138,7 @@ def test_a_sweep_ends_with_one_line(launcher: str, folder: Path, monkeypatch: py
     def started(_: psutil.Process) -> bool:
         return sweep.exists() and any(sweep.glob("*/.hydra/overrides.yaml"))
 
-    said = interrupted(["acquire", "-m", "seed=1,2", f"hydra.sweep.dir={sweep}"], folder, started)
+    words = ["pipeline", "acquire", "-m", "seed=1,2", f"hydra.sweep.dir={sweep}"]
+    said = interrupted(words, folder, started)
     assert said.count(INTERRUPTION) == 1 and not any("Traceback" in line for line in said), said
     assert not list(sweep.rglob("campaign.zip")) and not list(sweep.rglob("error.txt"))
