@@ -178,6 +178,7 @@ FAULTS = {
     "value: 8.5": {
         "value: heavy": "parameters.M.value: must be a number, got 'heavy'",
         "value: .inf": "must be a number",
+        "value: nan": "must be a number, got 'nan'",
         "value: 1e999": "must be a finite number",
         "value: [8.5]": "must be a number, got a list of 1",
     },
@@ -186,6 +187,7 @@ FAULTS = {
         "bounds: [90, 5]": "bounds: must increase, got [90, 5]",
         "bounds: [40, 90]": "must contain the value 31",
         "bounds: [5]": "must be two numbers [low, high]",
+        "bounds: [5, .inf]": "bounds[1]: must be a number",
         "bounds: 5": "must be two numbers [low, high], got '5'",
     },
     "identify: true": {
