@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from hydra.utils import instantiate
-from matplotlib.figure import Figure
 from omegaconf import OmegaConf
 
 import unmodelled as um
@@ -165,29 +164,10 @@ def test_the_table_of_a_simulation_is_the_file(simulation: um.Simulation, tmp_pa
     assert content["gap"]["units"]["theta"]["known_whole_run"] == errors["whole_run"]
 
 
-def test_the_gap_follows_from_the_table(simulation: um.Simulation) -> None:
-    table = simulation.table()
-    predicted = table[table["t"] > 0.0]  # the first sample of an experiment is no prediction
-    error = (predicted["theta_simulated"] - predicted["theta_measured"]) / simulation.gap.scale["theta"]
-    assert np.sqrt(np.mean(error**2)) == pytest.approx(simulation.value)
-
-
-def test_some_experiments_are_simulated_like_all(simulation: um.Simulation) -> None:
-    one = um.simulate(simulation.system, simulation.logs, only="run3")
-    assert set(one.table()["experiment"]) == {"run3"} and one.worst == "run3"
-    (row,) = simulation.experiments.query("id == 'run3'").itertuples()
-    assert one.value == pytest.approx(row.gap)
-    with pytest.raises(um.BadInput, match="only: there is no experiment 'run9'"):
-        um.simulate(simulation.system, simulation.logs, only=["run9"])
-
-
-def lines(figure: Figure) -> list[Any]:
-    return [line for axes in figure.axes for line in axes.get_lines()]
-
-
 def test_a_simulation_is_drawn_as_it_is_in_the_table(simulation: um.Simulation) -> None:
     own = simulation.table().query("experiment == 'run2'")
-    measured, simulated, error = lines(simulation.plot("run2"))
+    axes = simulation.plot("run2").axes
+    measured, simulated, error = (line for each in axes for line in each.get_lines())
     np.testing.assert_array_equal(measured.get_ydata(), own["theta_measured"])
     np.testing.assert_array_equal(simulated.get_ydata(), own["theta_simulated"])
     np.testing.assert_allclose(error.get_ydata(), own["theta_simulated"] - own["theta_measured"])
