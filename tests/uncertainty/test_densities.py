@@ -121,16 +121,6 @@ def test_chunks_count_as_much_as_all_at_once(chunks: int, seed: int) -> None:
         assert np.abs(found - expected).max() <= 1.0  # a sample on an edge may round either way
 
 
-def test_chunks_give_the_same_density() -> None:
-    samples = np.random.default_rng(0).standard_normal((50_000, 3))
-    histogram = Histogram()
-    for chunk in np.array_split(samples, 50):
-        histogram.add(chunk)
-    y = np.linspace(-2.5, 2.5, 50)[:, None] * np.ones(3)
-    found = Empirical.from_histogram(histogram).log_density(y)
-    assert_allclose(found, Empirical.of(samples).log_density(y), atol=0.02)
-
-
 def test_samples_that_make_no_density() -> None:
     good = np.random.default_rng(0).standard_normal((30, 3))
     with pytest.raises(BadInput, match="samples of output 2 of 3 are not finite"):

@@ -91,16 +91,6 @@ def test_it_equals_the_integral_of_the_text(sigma: tuple[float, float]) -> None:
     np.testing.assert_allclose(KINKED.at(y).log_density(CLIPPED, alpha[None])[0], slow, atol=0.01)
 
 
-def test_it_agrees_with_monte_carlo() -> None:
-    exact = PushForward(KINKED, CLIPPED, CLUTCH)
-    samples = KINKED(draw(CLIPPED, CLUTCH, 200_000, np.random.default_rng(2)))
-    y = np.quantile(samples, [0.01, 0.1, 0.5, 0.9, 0.99], axis=0)
-    shares = np.stack([(samples <= row).mean(0) for row in y])
-    np.testing.assert_allclose(exact.cumulative(y), shares, atol=0.005)
-    histogram = MonteCarlo(KINKED, CLIPPED, 200_000, seed=3)(CLUTCH)
-    np.testing.assert_allclose(exact.log_density(y), histogram.log_density(y), atol=0.15)
-
-
 def test_cumulative_probability_is_the_integral_of_the_density() -> None:
     exact = PushForward(KINKED, CLIPPED, CLUTCH)
     low, high = exact.window().T

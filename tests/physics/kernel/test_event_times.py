@@ -97,11 +97,6 @@ def test_the_locked_shafts_of_the_clutch_turn_together() -> None:
     assert np.abs(np.diff(found.x[0, 0, :, 3])).max() < 2.0
 
 
-def test_what_is_uncertain_is_a_multiple() -> None:
-    p = experiments.scaled_parameters(STONE, ("g",), np.array([[0.5], [2.0]]))
-    np.testing.assert_array_equal(p, [[4.5], [18.0]])
-
-
 UNCERTAIN = ("p_hc0", "z_p")
 CLUTCH = built_in("clutch")
 SHIFT = CLUTCH, "shift", UNCERTAIN

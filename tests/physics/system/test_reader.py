@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.machines.folders import system_of
 from tests.machines.known import built_in
@@ -110,14 +108,6 @@ def test_signals_cannot_grow_without_bound(tmp_path: Path, rule: str) -> None:
     begin = time.perf_counter()
     assert "too large" in complaint(written(tmp_path, text))
     assert time.perf_counter() - begin < 20.0
-
-
-@given(raw=st.binary(max_size=300))
-@settings(max_examples=100, deadline=2000)
-def test_random_bytes_are_refused_in_one_line(tmp_path_factory: pytest.TempPathFactory, raw: bytes) -> None:
-    path = tmp_path_factory.getbasetemp() / "random.yaml"
-    path.write_bytes(raw)
-    complaint(path)
 
 
 COLUMNS = "speed_ratio,torque_ratio\n"
