@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -15,21 +16,17 @@ from unmodelled.base.ownership import MARKER
 from unmodelled.base.workers import INTERRUPTION
 
 Ready = Callable[[psutil.Process], bool]
+#: What is said on standard error is read, all else is not.
+SAID: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
 
 
 def interrupted(
     arguments: list[str], folder: Path, ready: Ready, number: signal.Signals = signal.SIGINT
 ) -> list[str]:
     """What a module says when it is interrupted as from a terminal once it is `ready`; no process is left."""
-    with subprocess.Popen(
-        [sys.executable, "-m", *arguments],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "EXP_PROGRESS": "quiet"},
-        start_new_session=True,
-    ) as process:
+    environment = {**os.environ, "EXP_PROGRESS": "quiet"}
+    how = {"cwd": folder, "env": environment, "start_new_session": True, **SAID}
+    with subprocess.Popen([sys.executable, "-m", *arguments], **how) as process:
         deadline = time.monotonic() + 90.0
         while not ready(psutil.Process(process.pid)):
             assert process.poll() is None and time.monotonic() < deadline
@@ -104,9 +101,7 @@ def test_what_is_said_to_be_written_is_a_success(number: signal.Signals, tmp_pat
     system, logs = f"system={example / 'pendulum.yaml'}", f"logs={example / 'logs'}"
     command = [sys.executable, "-m", "unmodelled", "simulate", system, logs, "out=answer"]
     for wait in (0.0, 0.05):
-        with subprocess.Popen(
-            command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        ) as process:
+        with subprocess.Popen(command, cwd=tmp_path, **SAID) as process:
             assert process.stderr is not None and any(line.startswith("wrote ") for line in process.stderr)
             time.sleep(wait)
             process.send_signal(number)

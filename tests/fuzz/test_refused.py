@@ -300,13 +300,9 @@ BOMBS = [
 
 
 @pytest.mark.parametrize(("name", "file", "bomb"), BOMBS)
+@pytest.mark.usefixtures("little_memory")
 def test_a_small_file_cannot_ask_for_all_memory(
-    name: str,
-    file: str,
-    bomb: Callable[[], bytes],
-    cases: dict[str, Case],
-    tmp_path: Path,
-    little_memory: None,
+    name: str, file: str, bomb: Callable[[], bytes], cases: dict[str, Case], tmp_path: Path
 ) -> None:
     """Of a file that grows when it is read both sizes are said, and nothing of it is read."""
     content, case = bomb(), cases[name]
