@@ -15,15 +15,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 CHECKS = (Path(__file__).parent / "report" / "checks.js").read_text()
 DESKTOP = {"width": 1440, "height": 900}
-BROWSER_FLAGS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+BROWSER_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"]
+BROWSER_FLAGS += ["--disable-background-networking", "--disable-component-update"]
 
 
 @pytest.fixture(scope="module")  # its event loop would be in the way of other tests

@@ -45,14 +45,8 @@ def run(
     folder: Path, note: str = "", before: Callable[[], None] | None = None, **environment: str
 ) -> list[float]:
     """What the compiled functions say, and how often they were taken from disk."""
-    done = subprocess.run(
-        [sys.executable, "outer.py"],
-        cwd=folder,
-        env={"PYTHONPATH": str(ROOT), **environment},
-        capture_output=True,
-        text=True,
-        preexec_fn=before,
-    )
+    how = {"cwd": folder, "env": {"PYTHONPATH": str(ROOT), **environment}, "preexec_fn": before}
+    done = subprocess.run([sys.executable, "outer.py"], capture_output=True, text=True, **how)
     assert done.returncode == 0, done.stderr
     assert [note in line for line in done.stderr.splitlines()] == ([True] if note else []), done.stderr
     return [float(word) for word in done.stdout.split()]
@@ -161,15 +155,11 @@ def test_on_a_full_disk_nothing_is_kept(program: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_function_is_as_new_as_what_it_calls(tmp_path: Path) -> None:
-    (tmp_path / "__init__.py").touch()
-    (tmp_path / "outer.py").write_text(CALLER)
-    (tmp_path / "inner.py").write_text(CALLED.format("1.0"))
-    assert run(tmp_path) == [8.0, 0.0]
-    assert run(tmp_path) == [8.0, 1.0]
-    (tmp_path / "inner.py").write_text(CALLED.format("2.0"))
-    assert run(tmp_path) == [10.0, 0.0]
-    assert run(tmp_path) == [10.0, 1.0]
+def test_a_function_is_as_new_as_what_it_calls(program: Path) -> None:
+    (program / "__init__.py").touch()
+    assert [run(program), run(program)] == [[8.0, 0.0], [8.0, 1.0]]
+    (program / "inner.py").write_text(CALLED.format("2.0"))
+    assert [run(program), run(program)] == [[10.0, 0.0], [10.0, 1.0]]
 
 
 def modules() -> list[str]:

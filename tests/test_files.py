@@ -24,6 +24,12 @@ from unmodelled.base.parquet import write_parquet
 from unmodelled.learning.checkpoint import write_checkpoint
 
 
+def put(out: Path, who: str) -> None:
+    """Write a folder with one file."""
+    with replacing_folder(out) as folder:
+        (folder / "who").write_text(who)
+
+
 def test_a_verb_on_a_full_disk_says_so_and_leaves_the_old_result(tmp_path: Path) -> None:
     """The program can write 20 kB to a file and no more, as if the disk were full then."""
     out = tmp_path / "logs"
@@ -95,17 +101,17 @@ def test_a_file_or_a_link_is_not_taken_for_a_folder(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(tmp_path: Path) -> None:
-    with replacing_folder(tmp_path / "out") as folder:
-        write_json(folder / "who.json", "out")
-    write_json(tmp_path / "new" / "who.json", "new")
+    put(tmp_path / "out", "out")
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / "who").write_text("new")
     (tmp_path / "out" / RECORD).mkdir()
     (tmp_path / "out" / RECORD / "config.yaml").write_text("seed: 1")
     with pytest.raises(OSError):
         put_folder(tmp_path / "absent", tmp_path / "out")
-    assert read_json(tmp_path / "out" / "who.json") == "out"
+    assert (tmp_path / "out" / "who").read_text() == "out"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["new", "out"]
     put_folder(tmp_path / "new", tmp_path / "out")
-    assert read_json(tmp_path / "out" / "who.json") == "new"
+    assert (tmp_path / "out" / "who").read_text() == "new"
     assert (tmp_path / "out" / RECORD / "config.yaml").read_text() == "seed: 1"
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
@@ -133,8 +139,7 @@ def test_an_interruption_between_the_renames_loses_nothing(
             raise KeyboardInterrupt
         return done
 
-    with replacing_folder(out) as folder:
-        (folder / "who").write_text("old")
+    put(out, "old")
     with pytest.raises(KeyboardInterrupt), replacing_folder(out) as folder:
         (folder / "who").write_text("new")
         monkeypatch.setattr(Path, "replace", interrupted)
@@ -157,11 +162,9 @@ def test_a_kill_while_the_folder_is_put_in_its_place_leaves_one_of_the_two(
         seen.append((out / "who").read_text())
         return done
 
-    for name in ("old", "new"):
-        with replacing_folder(out) as folder:
-            (folder / "who").write_text(name)
-            if name == "new":
-                monkeypatch.setattr(Path, "replace", look)
+    put(out, "old")
+    monkeypatch.setattr(Path, "replace", look)
+    put(out, "new")
     assert seen == ["new", "new"] and list(tmp_path.iterdir()) == [out]
 
 
@@ -182,11 +185,11 @@ def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
             if len(calls) == 3:
                 rename(out, tmp_path / "winner")
 
-    write_json(tmp_path / "winner" / "who.json", "winner")
-    with replacing_folder(out) as folder:
-        write_json(folder / "who.json", "old")
-    with pytest.raises(BadInput), replacing_folder(out) as folder:
-        monkeypatch.setattr(Path, "replace", raced)
+    (tmp_path / "winner").mkdir()
+    put(out, "old")
+    monkeypatch.setattr(Path, "replace", raced)
+    with pytest.raises(BadInput):
+        put(out, "new")
     assert [p.name for p in tmp_path.iterdir()] == ["winner"]
 
 
@@ -204,13 +207,11 @@ def test_a_run_whose_folder_is_taken_at_once_removes_the_one_before(
             rename(out, tmp_path / "taken")
         return done
 
-    for name in ("old", "new"):
-        with replacing_folder(out) as folder:
-            write_json(folder / "who.json", name)
-            if name == "new":
-                monkeypatch.setattr(Path, "replace", raced)
+    put(out, "old")
+    monkeypatch.setattr(Path, "replace", raced)
+    put(out, "new")
     assert [p.name for p in tmp_path.iterdir()] == ["taken"]
-    assert read_json(tmp_path / "taken" / "who.json") == "new"
+    assert (tmp_path / "taken" / "who").read_text() == "new"
 
 
 #: Fills a folder for a long time.
@@ -229,24 +230,19 @@ with replacing_folder(Path(sys.argv[1])) as folder:
 def test_the_next_run_removes_what_a_killed_one_left_and_nothing_else(kind: str, tmp_path: Path) -> None:
     out = tmp_path / kind
     with ExitStack() as stack:
-        killed, working, other = (
-            stack.enter_context(
-                subprocess.Popen([sys.executable, "-c", LONG, str(path)], cwd=ROOT, stdout=subprocess.PIPE)
-            )
-            for path in (out, out, tmp_path / "other")
-        )
+        commands = ([sys.executable, "-c", LONG, str(path)] for path in (out, out, tmp_path / "other"))
+        started = (subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE) for words in commands)
+        killed, working, other = map(stack.enter_context, started)
         for process in (killed, working, other):
             stack.callback(process.kill)
             assert process.stdout is not None and process.stdout.readline() == b"at work\n"
         for process in (killed, other):
             process.kill()
             process.wait()
-        with replacing_folder(out) as folder:
-            (folder / "who").write_text("next")
+        put(out, "next")
         left = sorted(int(p.name.split(".")[-3]) for p in tmp_path.glob(".*.tmp"))
         assert left == sorted([working.pid, other.pid])
-    with replacing_folder(out) as folder:
-        (folder / "who").write_text("the one after")
+    put(out, "the one after")
     assert {p.name.split(".")[-3] for p in tmp_path.glob(".*.tmp")} == {str(other.pid)}
 
 
@@ -256,9 +252,8 @@ def test_a_folder_whose_files_are_not_listed_is_not_replaced(tmp_path: Path) -> 
     out.mkdir()
     (out / "thesis.txt").write_text("years of work")
     (out / MARKER).write_text('{"made_by": "a Python program"}')
-    refused = pytest.raises(BadInput, match="which did not list its files: give another folder")
-    with refused, replacing_folder(out) as folder:
-        (folder / "who").write_text("new")
+    with pytest.raises(BadInput, match="which did not list its files: give another folder"):
+        put(out, "new")
     assert (out / "thesis.txt").read_text() == "years of work"
 
 
@@ -274,8 +269,7 @@ def test_the_number_of_a_container_names_another_process(tmp_path: Path) -> None
     """The killed run had the same number as this one, as the first process of every container has."""
     left = tmp_path / f".out.{os.getpid()}.0123abcd.tmp"
     left.mkdir()
-    with replacing_folder(tmp_path / "out") as folder:
-        (folder / "who").write_text("next")
+    put(tmp_path / "out", "next")
     assert not left.exists()
 
 

@@ -12,6 +12,7 @@ from benchmarks.head_to_head import page
 from benchmarks.head_to_head.__main__ import METHODS, compared, method, rows
 from benchmarks.head_to_head.joints import BIAS, DELAY, QUANTITIES, JointFit
 from benchmarks.head_to_head.method import gap_of
+from tests.machines.folders import motion, system_of
 from unmodelled.diagnosis.data.study import Study
 
 CART = """schema: system/1
@@ -28,22 +29,17 @@ MASS, VISCOUS, DRY, PERIOD = 2.0, 1.5, 0.4, 0.01
 
 def planted(folder: Path) -> Study:
     """A cart of 2 kg with viscous and dry friction; its file has 2.2 kg and no friction."""
-    (folder / "cart.yaml").write_text(CART)
-    system = um.read_system(folder / "cart.yaml")
+    system = system_of(CART, folder)
     t, frames = PERIOD * np.arange(400), {}
+
+    def rates(x: np.ndarray, u: np.ndarray) -> list[np.ndarray]:
+        return [x[1], (u - VISCOUS * x[1] - DRY * np.tanh(x[1] / 0.005)) / MASS]
+
     for run in range(4):
         rng = np.random.default_rng(run)
         force = 4.0 * np.sin(2.0 * np.pi * (0.5 + 0.3 * run) * t + run)
-        x, v, states = 0.0, 0.0, []
-        for k in range(len(t)):
-            states.append((x, v))
-            for s in range(20):
-                share = (s + 0.5) / 20
-                u = force[k] + share * (force[min(k + 1, len(t) - 1)] - force[k])
-                v += PERIOD / 20 * (u - VISCOUS * v - DRY * np.tanh(v / 0.005)) / MASS
-                x += PERIOD / 20 * v
-        noise = rng.normal(0.0, [1e-4, 1e-3], (len(t), 2))
-        shown = np.array(states) + noise
+        states = motion(rates, [0.0, 0.0], force, PERIOD)
+        shown = states + rng.normal(0.0, [1e-4, 1e-3], states.shape)
         frames[f"run{run}"] = pd.DataFrame({"t": t, "F": force, "x": shown[:, 0], "v": shown[:, 1]})
     return Study.of(system, um.Logs.from_frames(frames, system), 0.5, 0)
 
@@ -99,10 +95,8 @@ def made_up(case: str, name: str, gap: float, **more: object) -> dict[str, objec
 
 
 def test_an_effect_hides_where_the_gap_closes_and_a_parameter_is_wrong() -> None:
-    truth = {
-        "parameters": {"J": {"true": 2.0, "given": 2.4}},
-        "effects": [{"family": "drift", "channel": "joint"}],
-    }
+    drift = {"family": "drift", "channel": "joint"}
+    truth = {"parameters": {"J": {"true": 2.0, "given": 2.4}}, "effects": [drift]}
     wrong, right = compared(truth, {"J": 2.5}), compared(truth, {"J": 2.02})
     assert wrong["parameter_errors"] == {"J": pytest.approx(0.25)}
     assert wrong["given_errors"] == {"J": pytest.approx(0.2)}

@@ -1,6 +1,9 @@
-"""Jobs side by side: all are done, failures are told, and what was done before a kill is kept."""
+"""Jobs side by side: all are done, failures are told, what was done before a kill is kept; workers end."""
 
+import multiprocessing
 import os
+import signal
+import time
 from collections.abc import Collection
 from functools import partial
 from pathlib import Path
@@ -11,6 +14,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.jobs import IDENTITY, growing_folder, run_jobs
 from unmodelled.base.ownership import MARKER
+from unmodelled.base.workers import pool_of
 
 ABOUT = {"seed": 1, "levels": (0.5, 2.0)}
 
@@ -109,3 +113,40 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="cannot be written"), growing_folder(tmp_path / "file" / "out", ABOUT):
         pass
+
+
+def wait_long(told: Path) -> None:
+    (told / str(os.getpid())).touch()
+    time.sleep(60.0)
+
+
+def employ(method: str, told: Path) -> None:
+    """Is killed while its workers are at work."""
+    multiprocessing.set_start_method(method, force=True)
+    with pool_of(2) as pool:
+        for _ in range(2):
+            pool.submit(wait_long, told)
+        while len(list(told.iterdir())) < 2:
+            time.sleep(0.01)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+def at_work(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+@pytest.mark.parametrize("method", ["spawn", "fork"])
+def test_workers_end_with_the_process_they_work_for(method: str, tmp_path: Path) -> None:
+    process = multiprocessing.get_context("spawn").Process(target=employ, args=(method, tmp_path))
+    process.start()
+    process.join(30.0)
+    assert process.exitcode == -signal.SIGKILL
+    pids = [int(path.name) for path in tmp_path.iterdir()]
+    assert len(pids) == 2
+    deadline = time.monotonic() + 20.0
+    while any(at_work(pid) for pid in pids):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)

@@ -59,10 +59,8 @@ def test_quiet_and_verbose(
     monkeypatch.setenv("EXP_PROGRESS", "verbose")
     work(clock, 10.0)
     say("fitting")
-    assert capsys.readouterr().err.splitlines()[::9] == [
-        "training: 1/10, 9 s left",
-        "training: 10/10, 0 s left",
-    ]
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[::9] == ["training: 1/10, 9 s left", "training: 10/10, 0 s left"]
 
 
 class Terminal(io.StringIO):

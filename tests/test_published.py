@@ -9,6 +9,7 @@ from scipy.io import savemat
 
 from benchmarks.published import SYSTEMS, main, read_cascaded_tanks, read_emps, read_silverbox, simulate
 from pipeline.recordings.emps import FILES
+from tests.machines.folders import motion
 from tests.recordings import published
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
@@ -22,17 +23,15 @@ OUTFLOW, OUT, PUMP = 0.09, 0.08, 0.06
 def tanks(folder: Path) -> None:
     """Two records in the published form, of tanks that lack nothing, but have other numbers than the file."""
     columns: dict[str, np.ndarray] = {}
+
+    def rates(levels: np.ndarray, u: np.ndarray) -> list[np.ndarray]:
+        flow, out = np.array([OUTFLOW, OUT]) * np.sqrt(np.maximum(levels, 0.01))
+        return [PUMP * u - flow, flow - out]
+
     for record, seed in (("Est", 0), ("Val", 1)):
         rng = np.random.default_rng(seed)
         pump = np.repeat(rng.uniform(1.5, 3.5, SAMPLES // 15), 15)
-        upper, lower, levels = 4.0, 5.0, []
-        for k in range(SAMPLES):
-            levels.append(lower)
-            for share in (np.arange(40) + 0.5) / 40:
-                u = pump[k] + share * (pump[min(k + 1, SAMPLES - 1)] - pump[k])
-                flow = OUTFLOW * np.sqrt(max(upper, 0.01))
-                upper += PERIOD / 40 * (PUMP * u - flow)
-                lower += PERIOD / 40 * (flow - OUT * np.sqrt(max(lower, 0.01)))
+        levels = motion(rates, [4.0, 5.0], pump, PERIOD)[:, 1]
         columns |= {f"u{record}": pump, f"y{record}": levels + rng.normal(0.0, 0.005, SAMPLES)}
     pd.DataFrame(columns).to_csv(folder / "dataBenchmark.csv", index=False)
 
@@ -52,10 +51,8 @@ def test_a_virtual_set_is_diagnosed_and_its_test_simulated(
 
 def test_no_sample_after_the_first_ones_is_used(tmp_path: Path) -> None:
     tanks(tmp_path)
-    records, system = (
-        read_cascaded_tanks(str(tmp_path)),
-        read_system(SYSTEMS / "cascaded_tanks/overflow_withheld.yaml"),
-    )
+    records = read_cascaded_tanks(str(tmp_path))
+    system = read_system(SYSTEMS / "cascaded_tanks/overflow_withheld.yaml")
     record, seen = records.tests["val"], records.seen
     found = simulate(system, system, record, seen)
     later, sooner = record.copy(), record.copy()
@@ -68,20 +65,16 @@ def test_no_sample_after_the_first_ones_is_used(tmp_path: Path) -> None:
 def test_the_official_splits(tmp_path: Path) -> None:
     published.silverbox(tmp_path)
     records = read_silverbox(str(tmp_path))
-    assert {name: len(record) for name, record in records.tests.items()} == {
-        "multisine": 21_688,
-        "arrow, full": 40_475,
-        "arrow, no extrapolation": 32_000,
-    }
+    lengths = {"multisine": 21_688, "arrow, full": 40_475, "arrow, no extrapolation": 32_000}
+    assert {name: len(record) for name, record in records.tests.items()} == lengths
     rows = np.concatenate([part.index for part in records.training.values()])
     assert (rows.min(), rows.max(), records.seen) == (40_650, 105_711, 50)
     t = np.arange(300)[:, None] * 0.001
     for k, file in enumerate(FILES.values()):
         savemat(tmp_path / file, {"t": t, "vir": 0.0 * t, "qm": k + t})
     moved = read_emps(str(tmp_path))
-    assert (
-        max(part["qm"].max() for part in moved.training.values()) < 1.0 <= moved.tests["pulses"]["qm"].min()
-    )
+    largest = max(part["qm"].max() for part in moved.training.values())
+    assert largest < 1.0 <= moved.tests["pulses"]["qm"].min()
     assert (len(moved.training), len(moved.tests["pulses"]), moved.seen) == (5, 300, 20)
 
 

@@ -5,10 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from pipeline.recordings.rawlogs import ROWS, RawLogs, parse, validate
+from pipeline.recordings.rawlogs import RawLogs, parse, validate
 from tests.conftest import log_text, write_archive
 from unmodelled.base.errors import BadInput
 
@@ -138,23 +136,3 @@ def test_truncated_archive(tmp_path: Path) -> None:
     torn.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(BadInput, match=r"torn\.zip"):
         RawLogs(torn)
-
-
-@settings(max_examples=300, deadline=None)
-@given(st.binary(max_size=400))
-def test_no_bytes_make_the_parser_fail_otherwise(content: bytes) -> None:
-    try:
-        assert validate(parse(content, "x"), "x").shape[0] == len(ROWS)
-    except BadInput as error:
-        assert "\n" not in str(error)
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.integers(0, 6), st.integers(0, 199), st.text(max_size=6))
-def test_one_fuzzed_cell_is_read_or_named(row: int, column: int, cell: str) -> None:
-    rows = log_text()
-    rows[row][column] = cell
-    try:
-        assert np.isfinite(checked(rows)).all()
-    except BadInput as error:
-        assert "exp7.csv" in str(error)

@@ -15,12 +15,10 @@ SHAPE = {
     "limits": {"*": ([float], None)},
     "seen": bool,
 }
+FIRST: dict[str, Any] = {"port": "rail", "shrink": None}
 GOOD: dict[str, Any] = {
-    "verdict": "yes",
-    "effects": [{"port": "rail", "shrink": None}, {"port": "u", "shrink": 1}],
+    **{"verdict": "yes", "effects": [FIRST, {"port": "u", "shrink": 1}], "seen": True, "more": [{}]},
     "limits": {"b": [0.5, 2], "c": None},
-    "seen": True,
-    "more": [{}],
 }
 
 
@@ -38,15 +36,9 @@ def test_what_is_right_is_read(tmp_path: Path) -> None:
         ({k: v for k, v in GOOD.items() if k != "seen"}, "seen is missing"),
         ({**GOOD, "seen": 1}, "seen: must be true or false, got 1"),
         ({**GOOD, "effects": {}}, "effects: must be a list, got an object"),
-        (
-            {**GOOD, "effects": [{"port": "a", "shrink": 1}, {"port": "b"}]},
-            r"effects\[1\]: shrink is missing",
-        ),
+        ({**GOOD, "effects": [FIRST, {"port": "b"}]}, r"effects\[1\]: shrink is missing"),
         ({**GOOD, "effects": [{"port": 3, "shrink": 1}]}, r"effects\[0\]\.port: must be a text, got 3"),
-        (
-            {**GOOD, "effects": [{"port": "a", "shrink": True}]},
-            r"effects\[0\]\.shrink: must be a number or null",
-        ),
+        ({**GOOD, "effects": [{**FIRST, "shrink": True}]}, r"effects\[0\]\.shrink: must be a number or null"),
         ({**GOOD, "limits": {"b": [1, "2"]}}, r"limits\.b\[1\]: must be a number, got '2'"),
         ({**GOOD, "limits": {"b": 1}}, r"limits\.b: must be a list or null, got 1"),
     ],

@@ -88,10 +88,8 @@ def answer_all(cases: list[Case], who: Entrant, out: Path, cap: float = 300.0) -
 def test_rows_are_judged_resumed_and_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cases = [
-        case(tmp_path, "one", "single", "viscous_friction"),
-        case(tmp_path, "nothing", "null", None),
-    ]
+    planted = {"one": ("single", "viscous_friction"), "nothing": ("null", None)}
+    cases = [case(tmp_path, name, *of) for name, of in planted.items()]
     given(cases, monkeypatch)
     old, new = entrant(tmp_path, "old", "viscous_friction"), entrant(tmp_path, "new", "none")
     for who in (old, new):
@@ -164,10 +162,8 @@ def test_a_wrong_number_is_in_the_file_and_the_truth_is_apart(tmp_path: Path) ->
     name = planted["channel"].removeprefix("parameter:")
     (factor,) = planted["parameters"].values()
     write_measured(measured_cases("null", 1, 7)[0], tmp_path / "right")
-    given, known = (
-        {p.name: p.value for p in read_system(system).parameters}
-        for system in (case.system, tmp_path / "right" / "system.yaml")
-    )
+    files = case.system, tmp_path / "right" / "system.yaml"
+    given, known = ({p.name: p.value for p in read_system(file).parameters} for file in files)
     assert {n for n in known if given[n] != known[n]} == {name}
     assert given[name] * factor == pytest.approx(known[name])
 
@@ -192,10 +188,8 @@ def test_a_fault_changes_only_the_channels_that_it_names(fault: Fault, tmp_path:
     system = read_system(ROOT / "systems" / "withheld" / "pendulum.yaml")
     rng = np.random.default_rng(0)
     t = np.arange(200) / 128
-    runs = [
-        pd.DataFrame({"t": t, **{n: rng.normal(size=200).round(3) for n in ("torque", "theta", "omega")}})
-        for _ in "ab"
-    ]
+    names = ("torque", "theta", "omega")
+    runs = [pd.DataFrame({"t": t, **{n: rng.normal(size=200).round(3) for n in names}}) for _ in "ab"]
     runs[0].to_parquet(tmp_path / "0.parquet")
     runs[1].to_csv(tmp_path / "1.csv", index=False)
     (tmp_path / "experiments.csv").write_text("id,file\n0,0.parquet\n1,1.csv\n")
@@ -206,11 +200,8 @@ def test_a_fault_changes_only_the_channels_that_it_names(fault: Fault, tmp_path:
 
 
 def test_wrong_logs_are_right_where_the_channel_is_named() -> None:
-    truth = {
-        "verdict": "no_gap",
-        "effects": [],
-        "fault": {"problem": "unit", "channels": ["theta"], "decides": True},
-    }
+    fault = {"problem": "unit", "channels": ["theta"], "decides": True}
+    truth = {"verdict": "no_gap", "effects": [], "fault": fault}
     said = {"verdict": "check_logs", "confidence": 0.9, "effects": []}
     for channel, right in (("theta", True), ("torque", False)):
         found = scored.score(truth, said | {"logs": [{"channel": channel}]})

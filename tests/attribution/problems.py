@@ -48,32 +48,3 @@ def rows(runs: Sequences, *chosen: int) -> Sequences:
 
 def mean_phi(attributions: Sequence[Attribution]) -> Array:
     return np.asarray(np.mean([a.phi for a in attributions], axis=0))
-
-
-def twins(inputs: SequenceInputs, seed: int) -> DetachmentNetwork:
-    """A network that treats the first two features alike, and the first two settings."""
-    network = random_network(inputs, seed)
-    with torch.no_grad():
-        for values in (network.lstm.weight_ih_l0, network.feature_mean, network.feature_scale):
-            values[..., 1] = values[..., 0]
-        for values in (network.head.weight[:, STATES:], network.setting_mean, network.setting_scale):
-            values[..., 1] = values[..., 0]
-    return network
-
-
-def alike(runs: Sequences) -> Sequences:
-    """The runs with the second feature equal to the first, and the second setting."""
-    for values in (runs.features, runs.settings):
-        values[..., 1] = values[..., 0]
-    return runs
-
-
-def deaf(
-    inputs: SequenceInputs, seed: int, features: Sequence[int], settings: Sequence[int]
-) -> DetachmentNetwork:
-    """A network that does not listen to some features and settings."""
-    network = random_network(inputs, seed)
-    with torch.no_grad():
-        network.lstm.weight_ih_l0[:, list(features)] = 0.0
-        network.head.weight[:, [STATES + j for j in settings]] = 0.0
-    return network

@@ -1,31 +1,20 @@
 """DeepSHAP through the LSTM: its axioms, and its values where they are known."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
-from numpy.typing import NDArray
 from torch import Tensor
 
 from pipeline.attribution.deep_shap import contributions, deep_shap, multipliers
 from pipeline.attribution.recurrent import Recurrent, Trace
 from pipeline.cam_follower.sequences import Sequences
-from tests.attribution.problems import STATES, deaf, inputs_of, mean_phi, random_network, random_runs, rows
-from unmodelled.base.threads import one_thread
+from tests.attribution.problems import STATES, inputs_of, mean_phi, random_network, random_runs, rows
 
-Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def quick() -> Iterator[None]:
-    with one_thread():
-        yield
 
 
 @settings(max_examples=20, deadline=None)
@@ -82,7 +71,8 @@ def test_close_to_a_reference_attributions_are_the_gradient() -> None:
     reference = random_runs(inputs, [12], 4)
     step = random_runs(inputs, [12], 5)
     tiny = 1e-6
-    run = moved(reference, tiny * step.features, tiny * step.settings)
+    moved = {n: getattr(reference, n) + tiny * getattr(step, n) for n in ("features", "settings")}
+    run = replace(reference, **moved)
     (found,) = deep_shap(network, run, reference)
     tau, q = (torch.from_numpy(a).requires_grad_() for a in (reference.features, reference.settings))
     network.eval()
@@ -90,10 +80,6 @@ def test_close_to_a_reference_attributions_are_the_gradient() -> None:
         of_tau, of_q = torch.autograd.grad(network(tau, q)[0, k], (tau, q))
         expected = [*(of_tau.numpy() * step.features).sum((0, 1)), *(of_q.numpy() * step.settings)[0]]
         assert_allclose(found.phi[:, k] / tiny, expected, rtol=1e-4, atol=1e-6)
-
-
-def moved(runs: Sequences, features: Array, q: Array) -> Sequences:
-    return replace(runs, features=runs.features + features, settings=runs.settings + q)
 
 
 def test_values_of_a_linear_network() -> None:
@@ -123,14 +109,6 @@ def test_values_of_a_linear_network() -> None:
         assert_allclose(found.phi[:3, k], (showing * c) @ to_output[:n], rtol=1e-6)
     of_settings = to_output[n:] / weights["setting_scale"] * (run.settings[0] - background.settings.mean(0))
     assert_allclose(found.phi[3:], np.repeat(of_settings[:, None], 10, 1), rtol=1e-9)
-
-
-def test_what_the_network_does_not_read_gets_nothing() -> None:
-    inputs = inputs_of(3, 2)
-    run, background = random_runs(inputs, [8], 1), random_runs(inputs, [9, 8], 2)
-    (found,) = deep_shap(deaf(inputs, 0, [1], [0]), run, background)
-    assert_array_equal(found.phi[[1, 3]], 0.0)
-    assert np.abs(found.phi[[0, 2, 4]]).max(1).min() > 1e-6
 
 
 def test_what_equals_the_references_gets_nothing() -> None:

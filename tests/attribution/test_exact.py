@@ -1,7 +1,10 @@
-"""Exact Shapley values against their definition, and DeepSHAP and shap's gradients against them."""
+"""Exact Shapley values against their definition, DeepSHAP against them, and both against the shap library."""
 
-from collections.abc import Callable, Iterator
+import importlib
+import warnings
+from collections.abc import Callable, Sequence
 from itertools import permutations
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -9,33 +12,47 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
+from torch import Tensor, nn
 
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley, shapley_weights
+from pipeline.attribution.recurrent import Recurrent
 from pipeline.attribution.result import Attribution
-from tests.attribution.problems import (
-    STATES,
-    alike,
-    deaf,
-    inputs_of,
-    mean_phi,
-    random_network,
-    random_runs,
-    rows,
-    twins,
-)
-from unmodelled.base.threads import one_thread
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from tests.attribution.problems import STATES, inputs_of, mean_phi, random_network, random_runs, rows
 
-Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)
 Method = Callable[..., list[Attribution]]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def quick() -> Iterator[None]:
-    with one_thread():
-        yield
+def twins(inputs: SequenceInputs, seed: int) -> DetachmentNetwork:
+    """A network that treats the first two features alike, and the first two settings."""
+    network = random_network(inputs, seed)
+    with torch.no_grad():
+        for values in (network.lstm.weight_ih_l0, network.feature_mean, network.feature_scale):
+            values[..., 1] = values[..., 0]
+        for values in (network.head.weight[:, STATES:], network.setting_mean, network.setting_scale):
+            values[..., 1] = values[..., 0]
+    return network
+
+
+def alike(runs: Sequences) -> Sequences:
+    """The runs with the second feature equal to the first, and the second setting."""
+    for values in (runs.features, runs.settings):
+        values[..., 1] = values[..., 0]
+    return runs
+
+
+def deaf(
+    inputs: SequenceInputs, seed: int, features: Sequence[int], settings: Sequence[int]
+) -> DetachmentNetwork:
+    """A network that does not listen to some features and settings."""
+    network = random_network(inputs, seed)
+    with torch.no_grad():
+        network.lstm.weight_ih_l0[:, list(features)] = 0.0
+        network.head.weight[:, [STATES + j for j in settings]] = 0.0
+    return network
 
 
 @settings(max_examples=10, deadline=None)
@@ -104,13 +121,20 @@ def test_inputs_alike_get_the_same(method: Method, seed: int) -> None:
     assert np.abs(found.phi[0] - found.phi[2]).max() > 1e-6
 
 
-def test_what_the_network_does_not_read_gets_nothing() -> None:
+@pytest.mark.parametrize(("method", "atol"), [(deep_shap, 0.0), (exact_shapley, 1e-13)])
+def test_what_the_network_does_not_read_gets_nothing(method: Method, atol: float) -> None:
+    inputs = inputs_of(4, 2)
+    network = deaf(inputs, 0, [1, 2], [0])
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [7, 6], 2)
+    (found,) = method(network, run, background)
+    assert_allclose(found.phi[[1, 2, 4]], 0.0, rtol=0.0, atol=atol)
+    assert np.abs(found.phi[[0, 3, 5]]).max(1).min() > 1e-6
+
+
+def test_groups_that_the_network_does_not_read_get_nothing() -> None:
     inputs = inputs_of(4, 2)
     network = deaf(inputs, 0, [1, 2], [0])
     run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6, 6], 2)
-    (found,) = exact_shapley(network, run, background)
-    assert_allclose(found.phi[[1, 2, 4]], 0.0, atol=1e-13)
-    assert np.abs(found.phi[[0, 3, 5]]).max(1).min() > 1e-6
     groups = {"setting": ["q1"], "silent": ["x1", "x2"], "heard": ["x3", "x0"], "mute": ["q0"]}
     (grouped,) = exact_shapley(network, run, background, groups)
     phi = dict(zip(grouped.names, grouped.phi, strict=True))
@@ -158,3 +182,62 @@ def test_runs_and_references_of_any_length() -> None:
     assert_allclose(long.phi[:, 5:], alone.phi[:, 5:], rtol=1e-9)
     deep = deep_shap(network, random_runs(inputs, [9, 4], 1), background)
     assert_allclose(deep[0].base, long.base, rtol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def shap() -> ModuleType:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return importlib.import_module("shap")
+
+
+def test_head_equals_deep_explainer(shap: ModuleType) -> None:
+    """shap.DeepExplainer does support the ReLU network behind the LSTM, so settings can be compared."""
+    inputs = inputs_of(2, 3)
+    network = random_network(inputs, 4)
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6] * 5, 2)
+    background.features[:] = run.features
+    (found,) = deep_shap(network, run, background)
+    head = head_at(network, run, step=5)
+    explainer = shap.DeepExplainer(head, torch.from_numpy(background.settings))
+    expected = explainer.shap_values(torch.from_numpy(run.settings), check_additivity=False)
+    assert_allclose(found.phi[2:, 5], expected[0, :, 0], rtol=1e-9)
+    assert np.abs(found.phi[2:, 5]).min() > 1e-6
+
+
+def head_at(network: DetachmentNetwork, run: Sequences, step: int) -> nn.Sequential:
+    """The network at a step of a run, as a function of the settings alone."""
+    recurrent = Recurrent.of(network)
+    units = len(recurrent.b5)
+    first, last = (nn.Linear(*sizes).double() for sizes in ((3, units), (units, 1)))
+    with torch.no_grad():
+        first.weight.copy_(recurrent.W5_q.T)
+        s = recurrent.trace(run, step + 1).s[-1, 0]
+        first.bias.copy_(recurrent.b5 + s @ recurrent.W5_s)
+        last.weight.copy_(recurrent.W6[None])
+        last.bias.copy_(recurrent.b6)
+    return nn.Sequential(first, nn.ReLU(), last)
+
+
+class AtStep(nn.Module):
+    """The network's output at one step, the way shap wants it."""
+
+    def __init__(self, network: DetachmentNetwork, step: int) -> None:
+        super().__init__()
+        self.network, self.step = network.eval(), step
+
+    def forward(self, tau: Tensor, q: Tensor) -> Tensor:
+        output: Tensor = self.network(tau, q)[:, self.step, None]
+        return output
+
+
+def test_gradient_explainer_agrees(shap: ModuleType) -> None:
+    """Expected gradients share the axioms and are close for a network that bends little."""
+    inputs = inputs_of(3, 2)
+    network = random_network(inputs, 2, 0.4)
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6] * 5, 2)
+    data, x = ([torch.from_numpy(a) for a in (s.features, s.settings)] for s in (background, run))
+    of_tau, of_q = shap.GradientExplainer(AtStep(network, 5), data).shap_values(x, nsamples=2000, rseed=0)
+    gradients = np.concatenate([of_tau.sum((0, 1, 3)), of_q[0, :, 0]])
+    (found,) = exact_shapley(network, run, background)
+    assert_allclose(gradients, found.phi[:, 5], atol=0.1 * np.abs(found.phi[:, 5]).max())

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import torch
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 from pytest import approx
 
 from pipeline.attribution.deep_shap import deep_shap
@@ -16,9 +15,7 @@ from tests.attribution.problems import inputs_of, random_network, random_runs, r
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
 
-Array = NDArray[np.float64]
 Method = Callable[..., list[Attribution]]
-METHODS = pytest.mark.parametrize("method", [deep_shap, exact_shapley])
 INPUTS = inputs_of(2, 1)
 
 
@@ -75,50 +72,38 @@ def test_what_cannot_be_put_together() -> None:
         agreement([two], [attribution([[1], [2]], run=5)])
 
 
-@METHODS
-def test_refuses_backgrounds(method: Method) -> None:
+@pytest.mark.parametrize("method", [deep_shap, exact_shapley])
+def test_refuses_what_cannot_be_explained(method: Method) -> None:
     network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
-    background = random_runs(INPUTS, [5, 4], 2)
-    with pytest.raises(BadInput, match="background: it holds no run"):
-        method(network, runs, rows(background))
-    with pytest.raises(BadInput, match="background: its longest run has 5 steps, an explained one 6"):
-        method(network, runs, background)
-
-
-@METHODS
-def test_refuses_inputs_that_the_network_does_not_read(method: Method) -> None:
-    network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
-    with pytest.raises(BadInput, match="runs: there is none to explain"):
-        method(network, rows(runs), runs)
-    with pytest.raises(BadInput, match="runs: the network reads the features x0, x1, got x0, x1, x2"):
-        method(network, random_runs(inputs_of(3, 1), [6], 1), runs)
-    with pytest.raises(BadInput, match="background: the network reads the settings q0, got none"):
-        method(network, runs, random_runs(inputs_of(2, 0), [6], 1))
-
-
-@METHODS
-def test_refuses_an_output_that_is_not_finite(method: Method) -> None:
-    network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
-    background = random_runs(INPUTS, [6, 3], 2)
-    background.features[1, 2, 0] = np.nan
-    with pytest.raises(BadInput, match="experiment 8: the network's output is not a finite number at step 3"):
-        method(network, runs, background)
+    short, endless = random_runs(INPUTS, [5, 4], 2), random_runs(INPUTS, [6, 3], 2)
+    endless.features[1, 2, 0] = np.nan
+    wide, narrow = random_runs(inputs_of(3, 1), [6], 1), random_runs(inputs_of(2, 0), [6], 1)
+    for explained, background, message in (
+        (runs, rows(short), "background: it holds no run"),
+        (runs, short, "background: its longest run has 5 steps, an explained one 6"),
+        (rows(runs), runs, "runs: there is none to explain"),
+        (wide, runs, "runs: the network reads the features x0, x1, got x0, x1, x2"),
+        (runs, narrow, "background: the network reads the settings q0, got none"),
+        (runs, endless, "experiment 8: the network's output is not a finite number at step 3"),
+    ):
+        with pytest.raises(BadInput, match=message):
+            method(network, explained, background)
 
 
 @pytest.mark.parametrize(
-    ("groups", "message"),
+    ("group", "message"),
     [
-        ({"a": ["x0"], "b": ["x1", "q0", "speed"]}, "groups: b names speed, the network reads x0, x1, q0"),
-        ({"a": ["x0"], "b": ["x1", "x0"]}, "groups: x0 is in a and in b"),
-        ({"a": ["x0"], "b": ["x1"]}, "groups: q0 is in no group"),
-        ({"a": ["x0"], "b": []}, "groups: b is empty"),
-        ({"a": ["x0"], "b": ["x1", "q0"]}, "groups: b holds both features and settings"),
+        (["x1", "q0", "speed"], "groups: b names speed, the network reads x0, x1, q0"),
+        (["x1", "x0"], "groups: x0 is in a and in b"),
+        (["x1"], "groups: q0 is in no group"),
+        ([], "groups: b is empty"),
+        (["x1", "q0"], "groups: b holds both features and settings"),
     ],
 )
-def test_refuses_groups(groups: dict[str, list[str]], message: str) -> None:
+def test_refuses_groups(group: list[str], message: str) -> None:
     network, runs = random_network(INPUTS, 0), random_runs(INPUTS, [6], 1)
     with pytest.raises(BadInput, match=message):
-        exact_shapley(network, runs, runs, groups)
+        exact_shapley(network, runs, runs, {"a": ["x0"], "b": group})
 
 
 def test_threads_are_given_back() -> None:

@@ -45,11 +45,8 @@ def test_nothing_to_explain_or_to_refer_to(label: str, message: str) -> None:
 
 def test_players_are_whole_groups_and_single_names() -> None:
     groups = {"theta": ["sin", "cos"], "cam": ["h", "dh"]}
-    assert players(["sin", "omega", "cos", "h"], groups) == {
-        "theta": ["sin", "cos"],
-        "omega": ["omega"],
-        "h": ["h"],
-    }
+    expected = {"theta": ["sin", "cos"], "omega": ["omega"], "h": ["h"]}
+    assert players(["sin", "omega", "cos", "h"], groups) == expected
 
 
 def test_tables_hold_the_attributions() -> None:

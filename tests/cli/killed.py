@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.commands import exit_code
+from tests.conftest import files_of
 from unmodelled.__main__ import PROGRAM
 from unmodelled.base import workers
 from unmodelled.cli import command_line
@@ -26,12 +27,6 @@ SIGNALS = (signal.SIGKILL, signal.SIGINT, signal.SIGTERM)
 LONGEST = 300
 
 
-def contents(folder: Path) -> dict[str, str]:
-    """All files below a folder."""
-    files = (p for p in sorted(folder.rglob("*")) if p.is_file())
-    return {p.relative_to(folder).as_posix(): p.read_bytes().hex() for p in files}
-
-
 class Server:
     """Counts operations below `place` from the first file that is opened to write, and ends copies there."""
 
@@ -39,8 +34,8 @@ class Server:
         self.place, self.moments = place, moments
         self.active, self.is_copy, self.count = False, False, 0
         self.told, self.total = place.with_name("told"), 0
-        self.old: dict[str, str] = {}
-        self.new: dict[str, str] = {}
+        self.old: dict[str, bytes] = {}
+        self.new: dict[str, bytes] = {}
         self.found: list[dict[str, Any]] = []
 
     def heed(self, event: str, arguments: tuple[Any, ...]) -> None:
@@ -72,7 +67,7 @@ class Server:
             if (status := self._copied()) is None:
                 os.kill(os.getpid(), number)  # raises where it does not kill
                 return
-            there = contents(self.place / "out")
+            there = files_of(self.place / "out")
             self.found.append(
                 {
                     **{"moment": self.count, "signal": number.name, "code": status},
@@ -89,7 +84,7 @@ class Server:
         shutil.copytree(own, self.place)
         if (copy := os.fork()) > 0:
             status = os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1])
-            self.new = self.new or contents(self.place / "out")
+            self.new = self.new or files_of(self.place / "out")
             return status
         self.is_copy = True
         signal.alarm(LONGEST)
@@ -136,7 +131,7 @@ def main() -> None:
     assert call([*given.old, out]) == 0
     workers.ignore_interruptions = ignore
     server = Server(given.place, given.moments)
-    server.old = contents(given.place / "out")
+    server.old = files_of(given.place / "out")
     sys.addaudithook(server.heed)
     server.active = True
     code = call([*given.new, out])

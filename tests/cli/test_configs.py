@@ -1,8 +1,9 @@
-"""Config files, signatures, and what the stage graph declares."""
+"""Two programs of one command line, their config files, signatures, and what the stage graph declares."""
 
-import ast
 import inspect
 import re
+import subprocess
+import sys
 
 import hydra
 import pytest
@@ -11,6 +12,43 @@ from omegaconf import DictConfig, OmegaConf
 
 from pipeline.__main__ import CONF, PROGRAM
 from tests.conftest import stages
+from unmodelled.__main__ import PROGRAM as LIBRARY
+
+
+def test_the_dissertation_has_every_verb_of_the_library() -> None:
+    assert set(LIBRARY.verbs) < set(PROGRAM.verbs)
+    assert {verb: PROGRAM.target(verb) for verb in LIBRARY.verbs} == {
+        v: LIBRARY.target(v) for v in LIBRARY.verbs
+    }
+
+
+@pytest.mark.parametrize("verb", LIBRARY.verbs)
+def test_a_verb_of_the_library_has_the_same_configuration_in_both(verb: str) -> None:
+    shared = ["hydra.runtime.output_dir=out"]
+    ours, theirs = LIBRARY.compose(verb, shared), PROGRAM.compose(verb, shared)
+    if PROGRAM.config(verb) == LIBRARY.config(verb):
+        assert ours == theirs
+    else:  # the dissertation has other defaults, of the same keys
+        assert set(ours) == set(theirs)
+        assert ours["_target_"] == theirs["_target_"]
+
+
+def test_of_two_config_files_of_one_name_the_shared_keys_are_equal() -> None:
+    for group, files in LIBRARY.groups().items():
+        for name, file in files.items():
+            other = PROGRAM.groups()[group][name]
+            if other != file:
+                own, theirs = yaml.safe_load(file.read_text()), yaml.safe_load(other.read_text())
+                assert own.items() <= theirs.items(), name
+
+
+@pytest.mark.parametrize("module", ["unmodelled", "pipeline"])
+def test_a_reader_may_stop_before_the_end(module: str) -> None:
+    run = f"{sys.executable} -m {module} --help | head -n 1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", run], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("usage: ")
+
 
 ROOT = CONF.parent
 #: Groups that files of models or profiles have in common; not a choice on the command line.
@@ -33,14 +71,10 @@ def composed(verb: str, *overrides: str) -> DictConfig:
     return PROGRAM.compose(verb, [f"hydra.runtime.output_dir={ROOT}", *overrides], with_hydra=True)
 
 
-def stage_of(config: DictConfig) -> object:
-    return hydra.utils.get_method(config["_target_"])
-
-
 @pytest.mark.parametrize("verb", PROGRAM.verbs)
 def test_a_signature_is_its_config_schema(verb: str) -> None:
     config = composed(verb)
-    signature = inspect.signature(stage_of(config))  # type: ignore[arg-type]
+    signature = inspect.signature(hydra.utils.get_method(config["_target_"]))
     assert set(config) - {"_target_", "hydra"} == set(signature.parameters)
     assert all(p.annotation is not p.empty for p in signature.parameters.values())
 
@@ -72,10 +106,3 @@ def test_params_name_existing_files(kind: str) -> None:
     group = {"splits": "split", "campaigns": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
         assert name in PROGRAM.groups()[group]
-
-
-def test_heavy_imports_are_lazy() -> None:
-    heavy = {"torch", "numba", "shap", "matplotlib", "scipy", "pandas", "hydra"}
-    tree = ast.parse((ROOT / "pipeline" / "__main__.py").read_text())
-    top = {n.name.split(".")[0] for node in tree.body if isinstance(node, ast.Import) for n in node.names}
-    assert not top & heavy

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -14,23 +15,18 @@ import pytest
 from unmodelled.base.ownership import MARKER
 from unmodelled.base.workers import INTERRUPTION
 
+Ready = Callable[[psutil.Process], bool]
+#: What is said on standard error is read, all else is not.
+SAID: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+
 
 def interrupted(
-    arguments: list[str],
-    folder: Path,
-    ready: Callable[[psutil.Process], bool],
-    number: signal.Signals = signal.SIGINT,
+    arguments: list[str], folder: Path, ready: Ready, number: signal.Signals = signal.SIGINT
 ) -> list[str]:
-    """What a verb says when it is interrupted, as from a terminal, once it is `ready`; no process is left."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "EXP_PROGRESS": "quiet"},
-        start_new_session=True,
-    ) as process:
+    """What a module says when it is interrupted as from a terminal once it is `ready`; no process is left."""
+    environment = {**os.environ, "EXP_PROGRESS": "quiet"}
+    how = {"cwd": folder, "env": environment, "start_new_session": True, **SAID}
+    with subprocess.Popen([sys.executable, "-m", *arguments], **how) as process:
         deadline = time.monotonic() + 90.0
         while not ready(psutil.Process(process.pid)):
             assert process.poll() is None and time.monotonic() < deadline
@@ -51,6 +47,11 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def loading(process: psutil.Process) -> bool:
+    """Whether the process has loaded libraries for a while."""
+    return bool(process.cpu_times().user > 0.4)
+
+
 def workers(process: psutil.Process) -> bool:
     """Whether the processes of a pool have started, and loaded their libraries for a while."""
     return sum(child.cpu_times().user > 1.0 for child in process.children()) >= 2
@@ -58,14 +59,10 @@ def workers(process: psutil.Process) -> bool:
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("moment", ["libraries", "workers"])
-def test_one_line_and_nothing_is_changed(moment: str, number: signal.Signals, folder: Path) -> None:
-    def loading(process: psutil.Process) -> bool:
-        return bool(process.cpu_times().user > 0.4)
-
+@pytest.mark.parametrize("ready", [loading, workers])
+def test_one_line_and_nothing_is_changed(ready: Ready, number: signal.Signals, folder: Path) -> None:
     out = folder / "out"
-    ready = workers if moment == "workers" else loading
-    assert interrupted(["acquire", f"out={out}"], folder, ready, number) == [INTERRUPTION]
+    assert interrupted(["pipeline", "acquire", f"out={out}"], folder, ready, number) == [INTERRUPTION]
     assert [p.name for p in folder.iterdir()] == ["out"]
     assert (out / "campaign.zip").read_text() == "of an earlier run"
 
@@ -104,9 +101,7 @@ def test_what_is_said_to_be_written_is_a_success(number: signal.Signals, tmp_pat
     system, logs = f"system={example / 'pendulum.yaml'}", f"logs={example / 'logs'}"
     command = [sys.executable, "-m", "unmodelled", "simulate", system, logs, "out=answer"]
     for wait in (0.0, 0.05):
-        with subprocess.Popen(
-            command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        ) as process:
+        with subprocess.Popen(command, cwd=tmp_path, **SAID) as process:
             assert process.stderr is not None and any(line.startswith("wrote ") for line in process.stderr)
             time.sleep(wait)
             process.send_signal(number)
@@ -138,6 +133,7 @@ def test_a_sweep_ends_with_one_line(launcher: str, folder: Path, monkeypatch: py
     def started(_: psutil.Process) -> bool:
         return sweep.exists() and any(sweep.glob("*/.hydra/overrides.yaml"))
 
-    said = interrupted(["acquire", "-m", "seed=1,2", f"hydra.sweep.dir={sweep}"], folder, started)
+    words = ["pipeline", "acquire", "-m", "seed=1,2", f"hydra.sweep.dir={sweep}"]
+    said = interrupted(words, folder, started)
     assert said.count(INTERRUPTION) == 1 and not any("Traceback" in line for line in said), said
     assert not list(sweep.rglob("campaign.zip")) and not list(sweep.rglob("error.txt"))

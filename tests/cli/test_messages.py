@@ -41,7 +41,7 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("xyz", "unknown verb 'xyz', must be one of acquire, assess_uncertainty, "),
         (
             "diagnose",
-            "system, logs must be given: system=... logs=... (all keys: python -m pipeline help diagnose)",
+            f"system, logs must be given: system=... logs=... {KEYS.replace('simulate', 'diagnose')}",
         ),
         ("simulate logs=a", f"system must be given: system=... {KEYS}"),
         ("simulate horizont=1", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
@@ -92,10 +92,8 @@ def test_what_is_proposed_for_an_odd_text_is_taken(capsys: pytest.CaptureFixture
 
 def test_several_mistyped_words_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
     code, lines = said(["simulate", "none.yaml", "logs", "horizon", "only"], capsys)
-    assert code == 2 and lines == [
-        f"error: 'horizon' is not key=value {KEYS} (1 more fault below)",
-        f"also: 'only' is not key=value {KEYS}",
-    ]
+    first, second = (f"'{word}' is not key=value {KEYS}" for word in ("horizon", "only"))
+    assert code == 2 and lines == [f"error: {first} (1 more fault below)", f"also: {second}"]
 
 
 @pytest.mark.parametrize("word", ["-V", "--version", "version"])

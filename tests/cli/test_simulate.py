@@ -154,13 +154,6 @@ def test_a_bad_log_names_file_row_and_column_and_keeps_the_old_result(case: Path
     assert files_of(out) == before
 
 
-def test_the_same_input_gives_the_same_bytes(case: Path) -> None:
-    for out in ("a", "b"):
-        simulate(case / "system.yaml", case / "logs", 0.25, case / out)
-    for name in ("simulation.json", "simulation.parquet"):
-        assert (case / "a" / name).read_bytes() == (case / "b" / name).read_bytes()
-
-
 def test_some_of_the_experiments(case: Path) -> None:
     simulate(case / "system.yaml", case / "logs", 0.1, case / "all")
     simulate(case / "system.yaml", case / "logs", 0.1, case / "one", [7])  # type: ignore[list-item]

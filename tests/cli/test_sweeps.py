@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 
 from pipeline.stages.tune import tune
 from tests.commands import python
-from tests.machines.folders import write_runs
+from tests.machines.folders import text_of, write_runs
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
@@ -20,22 +20,13 @@ from unmodelled.cli.command_line import _options_last
 from unmodelled.cli.sweep.runs import FAILURE, OVERRIDES
 from unmodelled.cli.verbs.compare import compare
 
-SYSTEM = """
-schema: system/1
-name: cart
-states: {x: {unit: m}, v: {unit: m/s}}
-inputs: {F: {unit: N}}
-outputs: {x: {unit: m}}
-parameters: {m: {value: 2.0, unit: kg}}
-dynamics: {x: v, v: F/m}
-"""
 SWEEP = ("-m", "pipeline", "simulate", "-m", "system=cart.yaml", "logs=logs", "hydra.sweep.dir=outputs/sweep")
 
 
 @pytest.fixture
 def cart(tmp_path: Path) -> Path:
     """A cart that is pushed, and a log of it that its system file does not explain."""
-    (tmp_path / "cart.yaml").write_text(SYSTEM)
+    (tmp_path / "cart.yaml").write_text(text_of("slide.yaml"))
     t = pd.Series(range(60)) * 0.01
     write_runs(tmp_path / "logs", [pd.DataFrame({"t": t, "F": 1.0, "x": 0.2 * t**2 + t**3})])
     return tmp_path
@@ -173,33 +164,26 @@ def test_a_bare_word_is_the_folder_whatever_its_name(sweep: Path, tmp_path: Path
 
 
 @pytest.mark.parametrize(
-    ("words", "expected"),
+    ("required", "words", "expected"),
     [
-        ("a/b metric=x", ["runs='a/b'", "metric=x"]),
-        ("metric=x a/b", ["metric=x", "runs='a/b'"]),
-        ("--cfg job a/b", ["runs='a/b'", "--cfg", "job"]),
-        ("-m a/b", ["runs='a/b'", "-m"]),
-        ("-p hydra.launcher --resolve a", ["runs='a'", "-p", "hydra.launcher", "--resolve"]),
-        ("a b", ["runs='a'", "b"]),
-        ("runs=a", ["runs=a"]),
+        ("runs", "a/b metric=x", ["runs='a/b'", "metric=x"]),
+        ("runs", "metric=x a/b", ["metric=x", "runs='a/b'"]),
+        ("runs", "--cfg job a/b", ["runs='a/b'", "--cfg", "job"]),
+        ("runs", "-m a/b", ["runs='a/b'", "-m"]),
+        ("runs", "-p hydra.launcher --resolve a", ["runs='a'", "-p", "hydra.launcher", "--resolve"]),
+        ("runs", "a b", ["runs='a'", "b"]),
+        ("runs", "runs=a", ["runs=a"]),
+        ("system logs", "belt.yaml belt", ["system='belt.yaml'", "logs='belt'"]),
+        ("system logs", "belt.yaml -q seed=1 belt", ["system='belt.yaml'", "seed=1", "logs='belt'", "-q"]),
+        ("system logs", "belt system=belt.yaml", ["logs='belt'", "system=belt.yaml"]),
+        ("system logs", "logs=belt belt.yaml more", ["logs=belt", "system='belt.yaml'", "more"]),
+        ("system logs", "seed=1 -m model=a", ["seed=1", "model=a", "-m"]),
     ],
 )
-def test_options_may_stand_anywhere(words: str, expected: list[str]) -> None:
-    assert _options_last(["runs"], words.split()) == expected
-
-
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ("belt.yaml belt", ["system='belt.yaml'", "logs='belt'"]),
-        ("belt.yaml -q seed=1 belt", ["system='belt.yaml'", "seed=1", "logs='belt'", "-q"]),
-        ("belt system=belt.yaml", ["logs='belt'", "system=belt.yaml"]),
-        ("logs=belt belt.yaml more", ["logs=belt", "system='belt.yaml'", "more"]),
-        ("seed=1 -m model=a", ["seed=1", "model=a", "-m"]),
-    ],
-)
-def test_bare_words_stand_for_the_required_keys_in_their_order(words: str, expected: list[str]) -> None:
-    assert _options_last(["system", "logs"], words.split()) == expected
+def test_options_stand_anywhere_and_bare_words_for_required_keys(
+    required: str, words: str, expected: list[str]
+) -> None:
+    assert _options_last(required.split(), words.split()) == expected
 
 
 @pytest.mark.long

@@ -46,10 +46,8 @@ def verdicts(
     timing = pd.DataFrame({"horizon": [1, 10, 300], "seconds_per_epoch": [0.01, 0.02, 0.3]})
     chapter = chapter4.accuracy(errors, timing)
     chapter["parameters"] = {"m3": {"error": {"value": 0.01}}}
-    chapter["recovered"] = {
-        "spring": {"rmse_share": {"value": 0.01}},
-        "no_spring": {"share": {"value": 0.01}},
-    }
+    small = {"value": 0.01}
+    chapter["recovered"] = {"spring": {"rmse_share": small}, "no_spring": {"share": small}}
     rows = chapter4.claims(chapter, errors, history_of(apart, together), advice)
     return {row["id"]: row["verdict"] for row in rows}
 

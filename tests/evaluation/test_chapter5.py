@@ -114,11 +114,8 @@ def test_false_jumps_must_be_gone() -> None:
 def test_attributions_must_leave_the_settings_for_physics() -> None:
     repeats = repeats_of(as_claimed)
     assert verdicts(repeats, {**MOVED, "tau4": 0.6})["attribution_moves"] == FAILS
-    # q_s falls, but most stays with it
-    assert (
-        verdicts(repeats, {"tau1": 0.9, "tau2": 0.6, "tau3": 0.6, "tau4": 0.6})["attribution_moves"]
-        == DIRECTION
-    )
+    most = {"tau1": 0.9, "tau2": 0.6, "tau3": 0.6, "tau4": 0.6}  # q_s falls, but most stays with it
+    assert verdicts(repeats, most)["attribution_moves"] == DIRECTION
 
 
 def test_numbers_are_rows_of_the_contract() -> None:
@@ -132,18 +129,13 @@ def test_numbers_are_rows_of_the_contract() -> None:
     assert set(chapter["split"]) - {"protocol"} == {"H", "beta", "m"}
     found = chapter["uniform"]["5"]["tau4"]
     assert set(found) == {"mse_jump", "mse_all", "accuracy"}
-    low, high = found["mse_jump"]["interval"]
-    assert low < found["mse_jump"]["value"] < high and found["mse_jump"]["value"] == pytest.approx(
-        1.0, rel=0.05
-    )
+    (low, high), value = found["mse_jump"]["interval"], found["mse_jump"]["value"]
+    assert low < value < high and value == pytest.approx(1.0, rel=0.05)
     assert found["mse_jump"]["unit"] == "mm^2" and found["mse_jump"]["n"] == 100
     assert found["accuracy"]["value"] == 1.0 and found["accuracy"]["n"] == 200
     for place in (chapter["baseline"]["bounce"], chapter["hybrid"]):
-        assert (
-            place["mse_jump"]
-            == place["uniform"]["5"]["mse_jump"]
-            == chapter["uniform"]["5"]["tau1"]["mse_jump"]
-        )
+        uniform = place["uniform"]["5"]["mse_jump"]
+        assert place["mse_jump"] == uniform == chapter["uniform"]["5"]["tau1"]["mse_jump"]
         assert set(place["split"]) == {"H", "beta", "m"}
     assert all("tested" in chapter[k]["protocol"] for k in ("uniform", "split", "baseline", "hybrid"))
 

@@ -176,9 +176,7 @@ def test_examples_are_spread_over_the_test_runs(observed: Observed, fold: Fold) 
     assert table["eps_share"].iloc[rows["jump"]].is_monotonic_increasing
     examples = judge(observed, fold, predicted(observed), 0.013)["examples"]
     assert set(examples["exp"]) == set(table["exp"].iloc[[*rows["jump"], *rows["contact"]]])
-    assert (examples["low"] <= examples["predicted"]).all() and (
-        examples["predicted"] <= examples["high"]
-    ).all()
+    assert examples["predicted"].between(examples["low"], examples["high"]).all()
 
 
 def test_a_campaign_without_jumps_has_no_examples_of_them(observed: Observed, fold: Fold) -> None:

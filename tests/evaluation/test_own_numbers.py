@@ -39,9 +39,8 @@ def campaign(system: System, folder: Path, still: bool = False) -> Logs:
         t = clock(600, 0.01)
         force = 0.0 if still and i >= len(GIVEN) else 3.0 + 0.5 * i
         v = force / b * (1.0 - np.exp(-b / 2.0 * t))
-        experiments.append(
-            {"t": t, "v": v + SIGMA * rng.standard_normal(len(t)), "F": np.full(len(t), force)}
-        )
+        noise = SIGMA * rng.standard_normal(len(t))
+        experiments.append({"t": t, "v": v + noise, "F": np.full(len(t), force)})
     return logs_of(system, folder, experiments)
 
 
@@ -84,6 +83,5 @@ def test_simulate_fits_them(tmp_path: Path) -> None:
     system = sled(tmp_path)
     found = um.simulate(system, campaign(system, tmp_path / "logs"))
     assert found.value < 1.3 * found.floor
-    assert "note: b: fitted to the first half of 2 experiments that the system file does not list" in repr(
-        found
-    )
+    note = "note: b: fitted to the first half of 2 experiments that the system file does not list"
+    assert note in repr(found)

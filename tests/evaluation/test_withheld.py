@@ -126,12 +126,10 @@ def test_an_effect_of_no_family() -> None:
 def table() -> pd.DataFrame:
     """Ten cases: five single ones, one of which nobody can see, a pair, two nulls and two outside."""
     outside = truth(("sticky_valve", "actuator:u"), verdict="unknown")
+    either = diagnosis(effect(*DRAG, COULOMB), confidence=0.95, shrink=0.45)
     cases = [
         ("single", row(truth(COULOMB), diagnosis(effect(*COULOMB), confidence=0.95), True, term=COULOMB)),
-        (
-            "single",
-            row(truth(COULOMB), diagnosis(effect(*DRAG, COULOMB), confidence=0.95, shrink=0.45), True),
-        ),
+        ("single", row(truth(COULOMB), either, True)),
         ("single", row(truth(DRAG), diagnosis(effect(*LAG), confidence=0.95, shrink=0.0), True)),
         ("single", row(truth(LAG) | {"system": "belt_axis"}, UNKNOWN, True)),
         ("single", row(truth(LAG) | {"level": 0.31}, diagnosis(effect(*LAG)), False)),
@@ -204,16 +202,11 @@ def test_tables_of_figures() -> None:
 
 
 def test_where_parameters_act() -> None:
-    found = {
-        name: parameter_channels(read_system(SYSTEMS / f"{name}.yaml")) for name in ("hoist", "belt_axis")
-    }
-    assert found["hoist"] == {
-        "parameter:M": frozenset(),
-        "parameter:kf": {"actuator:u"},
-        "parameter:b": {"rail"},
-        "parameter:g": {"rail"},
-    }
-    assert found["belt_axis"]["parameter:b_m"] == {"motor"} and not found["belt_axis"]["parameter:k_b"]
+    files = (SYSTEMS / f"{name}.yaml" for name in ("hoist", "belt_axis"))
+    hoist, axis = (parameter_channels(read_system(file)) for file in files)
+    acting = {"M": frozenset(), "kf": {"actuator:u"}, "b": {"rail"}, "g": {"rail"}}
+    assert hoist == {f"parameter:{name}": channels for name, channels in acting.items()}
+    assert axis["parameter:b_m"] == {"motor"} and not axis["parameter:k_b"]
 
 
 def test_an_empty_folder_is_refused(tmp_path: Path) -> None:

@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.integrate import solve_ivp
 
 import unmodelled as um
 from tests.commands import python
 from tests.diagnosis.benches import pendulum
-from tests.machines.folders import write_runs
+from tests.machines.folders import motion, write_runs
 
 J, B, MGL, BRAKE, PERIOD = 0.02, 0.015, 1.2, 0.08, 0.004
 LAWS = """schema: laws/1
@@ -27,15 +26,14 @@ def logged(seed: int) -> pd.DataFrame:
     """A pendulum with a brake that no law of the library describes: it grips where the arm is up."""
     rng, t = np.random.default_rng(seed), PERIOD * np.arange(1500)
     tones = rng.uniform(0.5, 12.0, 4), rng.uniform(0.0, 6.3, 4)
-    torque = lambda s: 0.45 * float(np.sum(np.sin(tones[0] * s + tones[1])))  # noqa: E731
+    torque = 0.45 * np.sin(tones[0] * t[:, None] + tones[1]).sum(axis=1)
 
-    def rates(s: float, x: tuple[float, float]) -> list[float]:
+    def rates(x: np.ndarray, u: np.ndarray) -> list[np.ndarray]:
         brake = BRAKE * x[1] * (1.0 - np.cos(x[0]))
-        return [x[1], (torque(s) - B * x[1] - MGL * np.sin(x[0]) - brake) / J]
+        return [x[1], (u - B * x[1] - MGL * np.sin(x[0]) - brake) / J]
 
-    found = solve_ivp(rates, (0.0, t[-1]), [0.1, 0.0], t_eval=t, rtol=1e-8, atol=1e-8, max_step=PERIOD)
-    theta = found.y[0] + 2e-4 * rng.normal(size=len(t))
-    return pd.DataFrame({"t": t, "torque": [torque(s) for s in t], "theta": theta})
+    theta = motion(rates, [0.1, 0.0], torque, PERIOD)[:, 0] + 2e-4 * rng.normal(size=len(t))
+    return pd.DataFrame({"t": t, "torque": torque, "theta": theta})
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +52,8 @@ def answer(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_law_is_named_with_its_number(answer: Path) -> None:
     found = um.read_answer(answer)
     assert found.verdict == "effect"
-    assert [(e.family, e.port, e.law) for e in found.effects] == [
-        ("eddy_brake", "joint", "c*omega*(1 - cos(theta))")
-    ]
+    (effect,) = found.effects
+    assert (effect.family, effect.port, effect.law) == ("eddy_brake", "joint", "c*omega*(1 - cos(theta))")
     number = json.loads((answer / "diagnosis.json").read_text())["effects"][0]["parameters"]["c"]
     assert number["value"] == pytest.approx(BRAKE, rel=0.05) and number["unit"] == "N m s"
     assert found.system.port("joint").law is not None

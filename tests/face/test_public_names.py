@@ -153,12 +153,10 @@ def write_flywheel(folder: Path) -> None:
         final = torque / DAMPING
         omega = (START + final) * np.exp(-DAMPING * t / INERTIA) - final
         noisy = omega + rng.normal(0.0, NOISE, SAMPLES)
-        pd.DataFrame({"t": t, "omega": noisy}).to_csv(
-            folder / f"{name}.csv", index=False, float_format="%.4f"
-        )
-    pd.DataFrame({"id": ids, "file": [f"{name}.csv" for name in ids]}).to_csv(
-        folder / "experiments.csv", index=False
-    )
+        log = pd.DataFrame({"t": t, "omega": noisy})
+        log.to_csv(folder / f"{name}.csv", index=False, float_format="%.4f")
+    listed = pd.DataFrame({"id": ids, "file": [f"{name}.csv" for name in ids]})
+    listed.to_csv(folder / "experiments.csv", index=False)
 
 
 def test_the_examples_are_what_their_benches_write(tmp_path: Path) -> None:

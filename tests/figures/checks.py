@@ -10,6 +10,7 @@ import pandas as pd
 import yaml
 from hydra.utils import get_method
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 from unmodelled.report.figures.style import save
@@ -25,18 +26,12 @@ UNLABELLED = {
 
 @dataclass(frozen=True)
 class Chapter:
-    """Figures of a chapter and small made-up data, from which they are drawn.
+    """Figures of a chapter and small made-up data, from which they are drawn."""
 
-    Attributes:
-        parts: files and folders of pipeline/figures.
-        make: makes the content of the data. write: writes content where figures look for it, in a folder.
-        lacking: what content becomes if something is missing.
-    """
-
-    parts: tuple[str, ...]
-    make: Callable[[], Any]
-    write: Callable[[Path, Any], Path]
-    lacking: tuple[Callable[[Any], Any], ...] = ()
+    parts: tuple[str, ...]  # files and folders of pipeline/figures
+    make: Callable[[], Any]  # the content of the data
+    write: Callable[[Path, Any], Path]  # content where figures look for it, in a folder
+    lacking: tuple[Callable[[Any], Any], ...] = ()  # what content becomes if something is missing
 
     @property
     def figures(self) -> list[Draw]:
@@ -57,6 +52,12 @@ def write_tables(folder: Path, chapter: str, tables: Mapping[str, pd.DataFrame])
 
 def texts(figure: Figure) -> str:
     return " ".join(text.get_text() for text in figure.findobj(Text))  # type: ignore[attr-defined]
+
+
+def entries(legend: Legend | None) -> list[str]:
+    """Texts of a legend, which must be there."""
+    assert legend is not None
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def check_axes(draw: Draw, folder: Path) -> None:
@@ -93,8 +94,12 @@ def check_file(draw: Draw, folder: Path, out: Path) -> None:
 
 
 def check_rendered(draw: Draw, folder: Path) -> Figure:
+    """The figure of a folder, which can be written as SVG."""
+    return rendered(draw(folder))
+
+
+def rendered(figure: Figure) -> Figure:
     """The figure, which can be written as SVG."""
-    figure = draw(folder)
     save(figure, image := io.BytesIO())
-    assert b"</svg>" in image.getvalue(), draw.__name__
+    assert b"</svg>" in image.getvalue()
     return figure

@@ -14,11 +14,6 @@ from tests.figures.checks import Chapter, check_rendered, write_tables
 
 pytestmark = pytest.mark.long
 
-FORECASTS = {
-    "physics": forecast.physics_forecast,
-    "black_box": forecast.black_box_forecast,
-    "hybrid": forecast.hybrid_forecast,
-}
 ABOUT = {"lowest": 4.0, "highest": 15.0, "noise": 0.01, "voltage": 200.0, "penalty": 1.0}
 ABOUT |= {"resistance": 5.0, "friction": 0.006}
 #: A model's error at most, and its errors on five runs; the third run is in the middle by the physics.
@@ -98,21 +93,16 @@ def test_panels_show_the_smallest_largest_and_best_network(folder: Path) -> None
 
 def test_titles_hold_the_errors_where_measured_and_where_not(folder: Path) -> None:
     # networks of three seeds are 0, 0.01 and 0.02 off, the physics 0.02
-    found = titles(motor.network_beyond_the_data(folder))
-    assert found == [
-        "where not measured: networks 0.010, physics 0.020",
-        "where measured: networks 0.010, physics 0.020",
-    ]
+    places = [f"where {place}: networks 0.010, physics 0.020" for place in ("not measured", "measured")]
+    assert titles(motor.network_beyond_the_data(folder)) == places
 
 
-@pytest.mark.parametrize("model", FORECASTS)
+@pytest.mark.parametrize("model", ERRORS)
 def test_the_runs_shown_are_those_in_the_middle_by_the_physics(model: str, folder: Path) -> None:
-    figure = FORECASTS[model](folder)
+    figure = getattr(forecast, f"{model}_forecast")(folder)
     error = f"{1.2 * ERRORS[model]:.2g}"
-    assert titles(figure)[1:] == [
-        f"a run that stays in the explored region: RMSE {error} rad",
-        f"a run that leaves the explored region: RMSE {error} rad",
-    ]
+    runs = [f"a run that {does} the explored region: RMSE {error} rad" for does in ("stays in", "leaves")]
+    assert titles(figure)[1:] == runs
     assert len(figure.axes[2].lines) == 3  # measured, and two trainings
 
 

@@ -11,13 +11,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.figures.clutch import accuracy, data, densities, identification, points, tables
-from tests.figures.checks import Chapter, write_tables
+from tests.figures.checks import Chapter, entries, write_tables
 
 CAMPAIGNS = ("clutch", "clutch_sharp")
 METHODS = ("gaussian", "maximum_entropy", "push_forward")
+SAMPLING = ["campaign", "alpha_of", "rule", "samples", "repeat", "mae"]
 MADE = (*METHODS, "gaussian_sampled", "maximum_entropy_sampled")
 NAMES = ("mu_1", "mu_2", "sigma_1", "sigma_2")
 PLANTED = dict(zip(NAMES, (0.9, 0.55, 0.08, 0.046), strict=True))
+MOMENTS = ["degree", "order", "moment", "source", "value", "truth"]
 RATIO = 2.5
 ABOUT = {"shown": "E5", "demo": [1.0, 1.0, 0.07, 0.02], "planted": [*PLANTED.values()]}
 Content = dict[str, Any]  # tables by name, and about.json as `about`
@@ -38,12 +40,10 @@ def operating_points() -> pd.DataFrame:
 
 def example_tables(rng: np.random.Generator) -> Content:
     """Densities, coefficients, moments and fits of the response arctan(theta)."""
-    theta = np.linspace(-2.0, 5.0, 60)
-    y = np.linspace(-0.8, 2.5, 60)
+    theta, y = np.linspace(-2.0, 5.0, 60), np.linspace(-0.8, 2.5, 60)
     draws = rng.uniform(-2.0, 5.0, 20)
-    coefficients = [
-        (q, i, 1.0 / (1 + i) + 0.1 / q, 1.0 / (1 + i)) for q in (2, 4, 8) for i in range(min(q, 6))
-    ]
+    orders = [(q, i) for q in (2, 4, 8) for i in range(min(q, 6))]
+    coefficients = [(q, i, 1.0 / (1 + i) + 0.1 / q, 1.0 / (1 + i)) for q, i in orders]
     cells = [(d, q) for d in (2, 3) for q in (3, 4, 8) if q > d]
     moments = [
         (d, q, m, source, m * (1.0 + (-1) ** q * 0.1 ** (q / 2)), float(m))
@@ -54,21 +54,12 @@ def example_tables(rng: np.random.Generator) -> Content:
         for (d, q), (k, name) in product([(0, 0), *cells], enumerate(METHODS[:2]))
     ]
     kinds = ("exact", "gaussian", "maximum_entropy", "gaussian_reference", "maximum_entropy_reference")
+    given = {"theta": theta, "response": np.arctan(theta), "density_of_theta": bell(theta, 0.0, 2.0)}
     return {
-        "example_densities": pd.DataFrame(
-            {
-                "theta": theta,
-                "response": np.arctan(theta),
-                "density_of_theta": bell(theta, 0.0, 2.0),
-                "y": y,
-                "density_of_y": bell(y, 0.6, 0.8),
-            }
-        ),
+        "example_densities": pd.DataFrame({**given, "y": y, "density_of_y": bell(y, 0.6, 0.8)}),
         "example_draws": pd.DataFrame({"theta": draws, "y": np.arctan(draws)}),
         "example_coefficients": pd.DataFrame(coefficients, columns=["order", "index", "value", "truth"]),
-        "example_moments": pd.DataFrame(
-            moments, columns=["degree", "order", "moment", "source", "value", "truth"]
-        ),
+        "example_moments": pd.DataFrame(moments, columns=MOMENTS),
         "example_fits": pd.DataFrame(fits, columns=["degree", "order", "density", "emd", "fallback"]),
         "example_curves": pd.DataFrame({"y": y, **{k: bell(y, 0.6, 0.6 + 0.1 * len(k) / 20) for k in kinds}}),
     }
@@ -77,12 +68,10 @@ def example_tables(rng: np.random.Generator) -> Content:
 def bench_tables(experiments: pd.DataFrame) -> Content:
     """Current signals, and an engagement that is synchronous from 1.2 s on."""
     t = np.linspace(0.0, 4.0, 201)
-    signals = [
-        pd.DataFrame(
-            {"profile": int(p), "t": t, "u": np.where(t < row.u1, 0.35, np.minimum(row.u2 + row.u3 * t, 0.6))}
-        )
-        for p, row in experiments.groupby("profile").first().iterrows()
-    ]
+    signals = []
+    for p, row in experiments.groupby("profile").first().iterrows():
+        u = np.where(t < row.u1, 0.35, np.minimum(row.u2 + row.u3 * t, 0.6))
+        signals.append(pd.DataFrame({"profile": int(p), "t": t, "u": u}))
     z = np.clip(2e-3 * (t - 0.2), 0.0, 2e-3)
     joined = t >= 1.2
     omega_1 = np.where(joined, 90.0, 140.0 - 40.0 * t)
@@ -152,9 +141,8 @@ def identified_tables(experiments: pd.DataFrame, rng: np.random.Generator) -> Co
         for name in NAMES:
             share = np.linspace(-1.0 if name == "sigma_2" else -3.0, 3.0, 9)
             values = PLANTED[name] + wide[name] * share
-            profiles.append(
-                pd.DataFrame({"campaign": campaign, "name": name, "value": values, "deviance": share**2})
-            )
+            columns = {"campaign": campaign, "name": name, "value": values, "deviance": share**2}
+            profiles.append(pd.DataFrame(columns))
         for first, second in combinations(NAMES, 2):
             a, b = (s.ravel() for s in np.meshgrid(np.linspace(-3, 3, 7), np.linspace(-3, 3, 7)))
             base = {"campaign": campaign, "first": first, "second": second, "deviance": a**2 + b**2 + a * b}
@@ -195,9 +183,7 @@ def make_tables() -> Content:
         **bench_tables(experiments),
         **propagated_tables(experiments, rng),
         **identified_tables(experiments, rng),
-        "sampling": pd.DataFrame(
-            sampling, columns=["campaign", "alpha_of", "rule", "samples", "repeat", "mae"]
-        ),
+        "sampling": pd.DataFrame(sampling, columns=SAMPLING),
         "about": {name: {**ABOUT, "samples": 20000, "data_sets": 6, "truth": True} for name in CAMPAIGNS},
     }
 
@@ -212,14 +198,11 @@ def write(folder: Path, content: Content) -> Path:
 
 def users_own(content: Content) -> Content:
     """One campaign without withheld truth and without a shown distribution; the surface is counted."""
-    less = {
-        name: table[table["campaign"] == "clutch"] if "campaign" in table else table
-        for name, table in content.items()
-    }
+    less = {n: t[t["campaign"] == "clutch"] if "campaign" in t else t for n, t in content.items()}
     for name in ("densities", "monte_carlo"):
         less[name] = less[name][less[name]["alpha_of"] != "demo"]
-    less["identified"] = less["identified"][less["identified"]["data_set"] == 0]
-    less["accuracy"] = less["accuracy"][less["accuracy"]["data_set"] == 0]
+    for name in ("identified", "accuracy"):
+        less[name] = less[name][less[name]["data_set"] == 0]
     return {**less, "about": {"clutch": {**ABOUT, "samples": 100, "truth": False, "simulations": 121}}}
 
 
@@ -242,10 +225,7 @@ def nothing_found(content: Content) -> Content:
     """No pairs, no data sets drawn again; the simulated shafts never meet; one speed and one brake torque."""
     experiments = content["experiments"]
     kept = experiments[(experiments["rpm"] == 1200.0) & (experiments["T_b0"] == 10.0)]
-    less = {
-        name: table[table["id"].isin(kept["id"])] if "id" in table else table
-        for name, table in content.items()
-    }
+    less = {n: t[t["id"].isin(kept["id"])] if "id" in t else t for n, t in content.items()}
     less["pairs"], less["accuracy"] = content["pairs"].head(0), less["accuracy"].head(0)
     less["replicates"] = content["replicates"].head(0)
     less["engagement"] = content["engagement"].assign(synchronous=False)
@@ -304,21 +284,15 @@ def test_an_interval_without_a_limit_ends_at_the_bound(content: Content, folder:
 
 
 def test_the_truth_is_drawn_only_where_it_is_known(content: Content, folder: Path, tmp_path: Path) -> None:
-    def entries(data: Path) -> list[str]:
-        return [
-            text.get_text() for text in identification.estimates_of_data_sets(data).legends[0].get_texts()
-        ]
-
-    assert "withheld truth" in entries(folder)
-    assert "withheld truth" not in entries(write(tmp_path, users_own(content)))
+    for place, known in ((folder, True), (write(tmp_path, users_own(content)), False)):
+        shown = entries(identification.estimates_of_data_sets(place).legends[0])
+        assert ("withheld truth" in shown) is known
 
 
 def test_the_surface_is_marked_at_its_simulations(content: Content, folder: Path, tmp_path: Path) -> None:
-    def entries(data: Path) -> str:
-        return " ".join(text.get_text() for text in accuracy.sample_density(data).legends[0].get_texts())
-
-    assert "exact push-forward, 121 simulations" in entries(write(tmp_path, users_own(content)))
-    assert "exact push-forward," not in entries(folder)
+    own = write(tmp_path, users_own(content))
+    one, other = (" ".join(entries(accuracy.sample_density(data).legends[0])) for data in (own, folder))
+    assert "exact push-forward, 121 simulations" in one and "exact push-forward," not in other
 
 
 def test_the_mean_reduction_of_the_distance_is_marked(folder: Path) -> None:
@@ -328,9 +302,7 @@ def test_the_mean_reduction_of_the_distance_is_marked(folder: Path) -> None:
 
 
 def test_the_gear_ratio_is_that_of_the_joined_shafts(folder: Path) -> None:
-    legend = data.torques_and_speeds(folder).axes[1].get_legend()
-    assert legend is not None
-    shown = [text.get_text() for text in legend.get_texts()]
+    shown = entries(data.torques_and_speeds(folder).axes[1].get_legend())
     assert any(f"R = {RATIO:.2f}" in text for text in shown)
     assert any("simulated: 1.200 s" in text for text in shown)
 

@@ -6,11 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pipeline.figures.slider_crank import force, horizon, parameters, tables
-from tests.figures.checks import Chapter, write_tables
+from tests.figures.checks import Chapter, entries, write_tables
 
 L1, L2, J1, M3, B_M, DT, LENGTH = 0.05, 0.29, 0.0034, 0.77, 0.007, 5e-4, 800
 HORIZONS = (1, 10, 30, 100, 200, 300)
@@ -68,18 +66,13 @@ def campaign(name: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         theta = theta + DT * omega
     ids = [f"T{p}{'ab'[i % 2]}" for i, p in enumerate(profiles)]
     speed = np.sqrt(np.mean(log[:, 1] ** 2, axis=0))
-    experiments = pd.DataFrame(
-        {"campaign": name, "id": ids, "profile": profiles, "start": starts, "speed": speed}
-    )
-    experiments["slow"] = speed <= np.median(speed)
-    columns = dict(zip(("theta", "omega", "d", "v"), log.transpose(1, 0, 2), strict=True))
+    columns = {"id": ids, "profile": profiles, "start": starts, "speed": speed}
+    experiments = pd.DataFrame({"campaign": name, **columns, "slow": speed <= np.median(speed)})
     signals = [
-        pd.DataFrame(
-            {"campaign": name, "id": i, "t": t, "T": T[:, j], **{c: x[:, j] for c, x in columns.items()}}
-        )
+        pd.DataFrame(log[..., j], columns=["theta", "omega", "d", "v"]).assign(id=i, t=t, T=T[:, j])
         for j, i in enumerate(ids)
     ]
-    return experiments, pd.concat(signals, ignore_index=True)
+    return experiments, pd.concat(signals, ignore_index=True).assign(campaign=name)
 
 
 def predictions(experiments: pd.DataFrame, signals: pd.DataFrame, rng: np.random.Generator) -> Tables:
@@ -88,10 +81,8 @@ def predictions(experiments: pd.DataFrame, signals: pd.DataFrame, rng: np.random
     fast = set(experiments.loc[~experiments["slow"], "id"])
     omega = {i: run["omega"].to_numpy() for i, run in signals.groupby("id")}
     t = DT * np.arange(LENGTH)
-    cells = [
-        (model, "leave_one_out", 100 if model == "nnap_shooting" else 1, False, scale)
-        for model, scale in MODELS.items()
-    ]
+    horizon_of = {"nnap_shooting": 100}
+    cells = [(m, "leave_one_out", horizon_of.get(m, 1), False, scale) for m, scale in MODELS.items()]
     cells += [("nnap", "slow", 1, False, 2.4)]
     cells += [("nnap", "leave_one_out", N, True, 0.8 - 0.06 * np.log(N)) for N in HORIZONS]
     errors, examples = [], []
@@ -159,12 +150,9 @@ def networks(log: pd.DataFrame) -> Tables:
     d_log, v_log = log["d"], log["v"]
     fit = 180.0 * d_log + 8.2e4 * d_log**3 + 9.0 * np.sign(v_log) + 4.0 * v_log
     learned = pd.DataFrame({"d": d_log, "v": v_log, "F": spring(d_log) + friction(v_log), "F_formula": fit})
-    return {
-        "surface": pd.concat(
-            [grid.assign(stage="initial", F=untrained), grid.assign(stage="converged", F=trained)]
-        ),
-        "closed_form": learned.assign(formula="180 d + 82000 d³ + 9 sign(v) + 4 v"),
-    }
+    stages = {"initial": untrained, "converged": trained}
+    surface = pd.concat([grid.assign(stage=stage, F=F) for stage, F in stages.items()])
+    return {"surface": surface, "closed_form": learned.assign(formula="180 d + 82000 d³ + 9 sign(v) + 4 v")}
 
 
 def sensitivities(rng: np.random.Generator) -> Tables:
@@ -197,10 +185,8 @@ def make_tables() -> Tables:
     both = [campaign(name) for name in ("spring", "no_spring")]
     experiments, signals = (pd.concat(parts, ignore_index=True) for parts in zip(*both, strict=True))
     d = np.linspace(0.0, 0.1, 60)
-    timing = [
-        (N, f"T{fold}a", 0.2 * N**0.85 * rng.lognormal(0.0, 0.05))
-        for N, fold in product(HORIZONS, range(1, 6))
-    ]
+    cells = product(HORIZONS, range(1, 6))
+    timing = [(N, f"T{fold}a", 0.2 * N**0.85 * rng.lognormal(0.0, 0.05)) for N, fold in cells]
     about = ["parameter", "symbol", "meaning", "unit", "known", "truth", "low", "high"]
     return {
         "spring": pd.DataFrame({"d": d, "F": spring(d)}),
@@ -276,21 +262,15 @@ def test_the_gain_is_that_of_the_means(content: Tables, folder: Path) -> None:
 def test_the_fit_finds_the_exponent(content: Tables, tmp_path: Path) -> None:
     timing = content["timing"].assign(seconds_per_epoch=0.1 * content["timing"]["horizon"] ** 0.75)
     figure = horizon.horizon_length(write(tmp_path, {**content, "timing": timing}))
-    legend = figure.axes[1].get_legend()
-    assert legend is not None
-    assert any("N^{0.75}" in text.get_text() for text in legend.get_texts())
+    assert any("N^{0.75}" in text for text in entries(figure.axes[1].get_legend()))
 
 
 def test_the_median_of_the_runs_is_drawn(content: Tables, folder: Path) -> None:
     history = content["history"]
     mine = history[(history["set"] == "m3_J1_Bm") & (history["parameter"] == "m3")]
     expected = mine[mine["epoch"] == mine["epoch"].max()]["value"].median()
-    ends = [np.asarray(line.get_ydata(), float)[-1] for line in panel(parameters.convergence(folder)).lines]
-    assert expected in ends
-
-
-def panel(figure: Figure) -> Axes:
-    return next(axes for axes in figure.axes if "m_3" in axes.get_ylabel())
+    panel = next(axes for axes in parameters.convergence(folder).axes if "m_3" in axes.get_ylabel())
+    assert expected in [np.asarray(line.get_ydata(), float)[-1] for line in panel.lines]
 
 
 def test_the_formula_stands_above_its_figure(content: Tables, folder: Path) -> None:

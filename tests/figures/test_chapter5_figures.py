@@ -51,17 +51,10 @@ CHAPTER = Chapter(
 
 
 def test_examples_follow_from_the_table() -> None:
-    table = pd.DataFrame(
-        {
-            "exp": [1, 2, 3, 4, 5],
-            "H": [0.03, 0.03, 0.05, 0.05, 0.05],
-            "beta": np.pi,
-            "m": 1.0,
-            "V": [4.0, 6.0, 4.0, 6.0, 8.0],
-            "label": ["contact", "contact", "contact", "jump", "jump"],
-            "eps_share": [0.001, 0.002, 0.003, 0.1, 0.5],
-        }
-    )
+    strokes, voltages = [0.03, 0.03, 0.05, 0.05, 0.05], [4.0, 6.0, 4.0, 6.0, 8.0]
+    table = pd.DataFrame({"exp": [1, 2, 3, 4, 5], "H": strokes, "beta": np.pi, "m": 1.0, "V": voltages})
+    table["label"] = ["contact", "contact", "contact", "jump", "jump"]
+    table["eps_share"] = [0.001, 0.002, 0.003, 0.1, 0.5]
     assert examples.nominal_and_bouncing(table) == (2, 4)  # the contact of the same cam, not the median one
     assert examples.nominal_and_bouncing(table[table["label"] == "contact"])[1] is None
     assert examples.centre(table) == {"V": 6.0, "m": 1.0, "H": 0.05, "beta": np.pi}

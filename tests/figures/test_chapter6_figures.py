@@ -27,9 +27,8 @@ def make_tables(
     """A campaign with a known boundary, and predictions of it that get worse away from the training runs."""
     rng = np.random.default_rng(0)
     factors = (np.linspace(0.01, 0.07, strokes), np.pi * np.array([0.5, 1.0, 1.5]), (0.7, 1.3))
-    grid = pd.DataFrame(
-        list(product(*factors, np.linspace(3.6, 10.8, voltages))), columns=["H", "beta", "m", "V"]
-    )
+    settings = product(*factors, np.linspace(3.6, 10.8, voltages))
+    grid = pd.DataFrame(settings, columns=["H", "beta", "m", "V"])
     experiments = grid.assign(exp=np.arange(7, 7 + len(grid)))
     load = (grid["V"] / 7.2) ** 2 * (grid["H"] / 0.03) * (0.6 + 0.3 * grid["beta"] / np.pi)
     experiments["f_min"] = 9.0 * grid["m"] * (1.0 - load)
@@ -145,13 +144,9 @@ def test_drift_is_cut_to_the_measured_run(folder: Path) -> None:
 def test_the_known_boundary_is_drawn(folder: Path) -> None:
     table = read(folder, "boundary")
     truth = table.loc[table["model"] == "measured", "Q"].to_numpy()
-    drawn = [
-        np.asarray(line.get_ydata(), float)
-        for axes in exploration.boundary_grid(folder).axes
-        for line in axes.lines
-        if line.get_color() == look("measured").colour
-    ]
-    values = np.concatenate(drawn)
+    lines = [line for axes in exploration.boundary_grid(folder).axes for line in axes.lines]
+    drawn = [line.get_ydata() for line in lines if line.get_color() == look("measured").colour]
+    values = np.concatenate(drawn, dtype=float)
     np.testing.assert_array_equal(np.sort(values[np.isfinite(values)]), np.sort(truth))
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 from tests.diagnosis.diagnoses import BENCH, friction
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, texts
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.where.where import where
@@ -47,10 +46,6 @@ def changed(source: Path, folder: Path, name: str, change: Callable[[pd.DataFram
     path = folder / "tables" / f"{name}.parquet"
     change(pd.read_parquet(path)).to_parquet(path, index=False)
     return folder
-
-
-def texts(figure: Figure) -> str:
-    return " ".join(t.get_text() for t in figure.findobj(lambda artist: hasattr(artist, "get_text")))  # type: ignore[attr-defined]
 
 
 def with_correlations(source: Path, folder: Path) -> Path:
@@ -136,9 +131,8 @@ def test_the_worst_of_many_experiments(folder: Callable[[Verdict], Path], tmp_pa
         size = np.linspace(1.0, 2.0, len(whole))
         return whole.assign(id=[f"run{k}" for k in range(len(whole))], reidentified=size)
 
-    figure = experiments.gaps_of_experiments(
-        changed(folder("effect"), tmp_path / "many", "experiments", many)
-    )
+    data = changed(folder("effect"), tmp_path / "many", "experiments", many)
+    figure = experiments.gaps_of_experiments(data)
     labels = [label.get_text().removeprefix("★ ") for label in figure.axes[0].get_yticklabels()]
     assert labels[0] == "run79" and len(labels) == 40
     assert figure.axes[0].get_title() == "40 of 80 experiments"

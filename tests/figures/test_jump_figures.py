@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pipeline.figures.jumps import contributions, errors, example, tables
 from tests.conftest import campaign_of
-from tests.figures.checks import Chapter, write_tables
+from tests.figures.checks import Chapter, entries, write_tables
 from unmodelled.base.campaign import Campaign
 
 Content = dict[str, pd.DataFrame]
@@ -74,15 +74,11 @@ def explained(rng: np.random.Generator) -> Content:
     step = np.arange(STEPS)
     for (model, names), exp in product(INPUTS.items(), (2, 4, 6)):
         parts = {name: 1e-3 * rng.normal() * np.sin(0.05 * step) for name in names}
+        head = {"model": model, "exp": exp, "step": step}
         for name, own in parts.items():
-            phi.append(pd.DataFrame({"model": model, "exp": exp, "step": step, "feature": name, "phi": own}))
-            dots = {"phi": own, "value": np.cos(step) + 0.1 * exp, "base": 1e-5}
-            points.append(pd.DataFrame({"model": model, "exp": exp, "step": step, "feature": name, **dots}))
-        base = np.full(STEPS, 1e-5)
-        output = base + sum(parts.values())
-        outputs.append(
-            pd.DataFrame({"model": model, "exp": exp, "step": step, "base": base, "output": output})
-        )
+            phi.append(pd.DataFrame({**head, "feature": name, "phi": own}))
+            points.append(phi[-1].assign(value=np.cos(step) + 0.1 * exp, base=1e-5))
+        outputs.append(pd.DataFrame({**head, "base": 1e-5, "output": 1e-5 + sum(parts.values())}))
         grouped = ["theta", *(name for name in names if name not in tables.ANGLE)]
         grouped = grouped if model != "tau4" else list(names)
         for method in ("deep_shap", "exact"):
@@ -105,8 +101,7 @@ def explained(rng: np.random.Generator) -> Content:
 
 def make_tables() -> Content:
     """All tables, the same every time."""
-    rng = np.random.default_rng(0)
-    return predicted(rng) | explained(rng)
+    return predicted(rng := np.random.default_rng(0)) | explained(rng)
 
 
 def write(folder: Path, content: Content) -> Path:
@@ -225,8 +220,7 @@ def test_bars_add_up_to_all_contributions(folder: Path) -> None:
 
 
 def test_the_legend_counts_networks_and_runs(folder: Path) -> None:
-    legend = contributions.relative_contributions(folder).legends[0]
-    assert [text.get_text() for text in legend.get_texts()] == [
+    assert entries(contributions.relative_contributions(folder).legends[0]) == [
         "DeepSHAP, 3 networks",
         "DeepSHAP, one network, 3 runs",
         "exact Shapley values of the same",
@@ -243,9 +237,8 @@ def test_the_title_holds_the_share_of_the_settings(content: Content, folder: Pat
     overall = content["overall"]
     own = overall[(overall["model"] == "tau3") & overall["feature"].isin(SETTINGS)]
     share = 100.0 * own.groupby("repeat")["share"].sum().mean()
-    assert (
-        contributions.relative_contributions(folder).axes[2].get_title().endswith(f"settings {share:.0f} %")
-    )
+    title = contributions.relative_contributions(folder).axes[2].get_title()
+    assert title.endswith(f"settings {share:.0f} %")
 
 
 def test_the_parts_of_the_angle_are_added_up(content: Content) -> None:

@@ -1,12 +1,14 @@
 """The figure of a sweep: what is on its axes and which runs a line joins."""
 
 import io
+from itertools import product
 
 import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from tests.figures.checks import rendered
 from unmodelled.cli.sweep.figure import comparison, horizontal_key
 from unmodelled.report.figures.style import save, verbatim
 
@@ -14,21 +16,11 @@ from unmodelled.report.figures.style import save, verbatim
 @pytest.fixture
 def table() -> pd.DataFrame:
     """Two models, three numbers of hidden units, two seeds; one run failed."""
-    rows = [
-        {"model": model, "hidden": hidden, "seed": seed, "error": 10.0 * k + hidden + seed}
-        for k, model in enumerate(("f_h1", "f_h2"))
-        for hidden in (4, 32, 256)
-        for seed in (0, 1)
-    ]
-    table = pd.DataFrame(rows).assign(run=[str(i) for i in range(12)])
+    rows = product(("f_h1", "f_h2"), (4, 32, 256), (0, 1))
+    table = pd.DataFrame(rows, columns=["model", "hidden", "seed"]).assign(run=[str(i) for i in range(12)])
+    table["error"] = 10.0 * (table["model"] == "f_h2") + table["hidden"] + table["seed"]
     table.loc[3, "error"] = np.nan
     return table
-
-
-def rendered(figure: Figure) -> Figure:
-    save(figure, image := io.BytesIO())
-    assert b"</svg>" in image.getvalue()
-    return figure
 
 
 def lines(figure: Figure) -> dict[str, tuple[list[float], list[float]]]:

@@ -1,7 +1,5 @@
 """Examples of everything that is read, made once."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.fuzz.inputs import Case

@@ -77,19 +77,13 @@ def edited(content: bytes, draw: Draw) -> bytes:
 
 @dataclass(frozen=True)
 class Case:
-    """A folder of valid files and who reads it.
+    """A folder of valid files and who reads it."""
 
-    Attributes:
-        files: name -> content. edits: names of those that change. read: raises BadInput, or gives a value.
-        whole: whether the value is as it must be, else an AssertionError.
-        share: of the inputs that are tried, where reading one takes long.
-    """
-
-    files: Mapping[str, bytes]
-    edits: tuple[str, ...]
-    read: Callable[[Path], object]
-    whole: Callable[[object], None] = lambda _: None
-    share: float = 1.0
+    files: Mapping[str, bytes]  # by name
+    edits: tuple[str, ...]  # names of files that change
+    read: Callable[[Path], object]  # raises BadInput, or gives a value
+    whole: Callable[[object], None] = lambda _: None  # AssertionError where the value is not as it must be
+    share: float = 1.0  # of the inputs that are tried, where reading one takes long
 
     def put(self, folder: Path, **changed: bytes) -> None:
         """Write the files; keywords are names with __ in place of a dot."""

@@ -1,7 +1,5 @@
 """Everything that reads what a user hands over, with a valid example."""
 
-from __future__ import annotations
-
 import io
 import json
 import shutil

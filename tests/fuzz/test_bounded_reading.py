@@ -1,7 +1,5 @@
 """Small files of recorders take little memory and time, whatever they hold, and are told of in one line."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

@@ -1,7 +1,5 @@
 """Valid files after random edits: read, or refused in one line that names them."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Odd values of every key on the command line: done, or refused in one line; never a fault."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,8 +1,9 @@
-"""What must never get through: every kind of input that is known to be wrong, hostile or both."""
+"""What must never get through: input that is hostile, and what only a program would write.
 
-from __future__ import annotations
+Plain faults are those of tests/physics/system/test_reader.py, tests/physics/system/test_grammar.py,
+tests/measurements/test_refusals.py and tests/test_shapes.py.
+"""
 
-import gzip
 import io
 import os
 import pickle
@@ -47,14 +48,6 @@ def row(number: int, *cells: str) -> Change:
     return change
 
 
-def doubled(number: int) -> Change:
-    def change(content: bytes) -> bytes:
-        lines = content.decode().splitlines()
-        return "\n".join([*lines[:number], *lines[number - 1 :]]).encode()
-
-    return change
-
-
 def utf16(content: bytes) -> bytes:
     return content.decode().encode("utf-16")
 
@@ -71,10 +64,6 @@ EXPRESSIONS = [
     *("(" * 200 + "F_rail" + ")" * 200, "-" * 5000 + "F_rail", "+".join(["F_rail"] * 5000), "F_rail; x"),
     *("log(-1)*F_rail", "sqrt(-1) + F_rail", "open('hacked', 'w')", "x and F_rail", "F_rail, x", "'F_rail'"),
 ]
-NUMBERS = [
-    *("nan", ".inf", "-.inf", "1e999", "9" * 5000, "heavy", "''", "[1]"),
-    *("8,5", "0x1F", "1_0", "{}", "true", "null", "1:30", "8.5e"),
-]
 SYSTEMS: list[Change] = [
     whole(""),
     whole(b"\0" * 100),
@@ -87,63 +76,32 @@ SYSTEMS: list[Change] = [
     lambda content: content + content,
     lambda content: content + b"\nunknown: 1\n",
     lambda content: content + b"\0",
-    put("schema: system/1", "schema: system/2"),
-    put("schema: system/1\n", ""),
     put("name: hoist", "name: !!python/name:os.system"),
     put("name: hoist", "name: &hoist hoist"),
     put("name: hoist", "name: ../hoist"),
-    put("parameters:", "parametres:"),
-    *(put(MASS, f"  M:  {{value: {value}") for value in NUMBERS),
-    *(put(f"{MASS}, unit: kg", f"{MASS}, unit: {u}") for u in ("mm", "s", "kg, unit: kg", "kg**999999999")),
-    put("bounds: [5, 90]", "bounds: [90, 5]"),
-    put("bounds: [5, 90]", "bounds: [40, 90]"),
-    put("  x: v\n", "  x: v\n  x: v\n"),
-    put("  x: v\n", ""),
+    *(put(MASS, f"  M:  {{value: {value}") for value in ("9" * 5000, "8,5", "0x1F", "1_0", "1:30", "8.5e")),
+    *(put(MASS, f"  M:  {{value: {value}") for value in ("''", "{}", "true", "null")),
+    put(f"{MASS}, unit: kg", f"{MASS}, unit: kg**999999999"),
     *(put(RATE, f"  v: {expression}") for expression in EXPRESSIONS),
     put("F_m: kf*u", "F_m: F_m*u"),
     put("file: converter.csv", "file: ../converter.csv"),
     put("file: converter.csv", "file: /etc/passwd"),
-    put("kind: cubic", "kind: quintic"),
 ]
 LOGS: dict[str, list[Change]] = {
     "b.csv": [
-        *(row(7, cell, "1", "1", "6") for cell in ("nan", "-inf", "1e999", "oops", "", "0.001", "5", "-1")),
-        *(row(7, "0.01", cell, "1", "6") for cell in ("NaN", "inf", "1e200", "9" * 400, "1,5", "0x1", "١")),
-        row(1, "t", "angle", "speed"),
-        row(1, "t", "angle", "angle", "voltage"),
-        doubled(9),
+        *(
+            row(7, *cells, "1", "6")
+            for cells in (("5", "1"), ("-1", "1"), ("0.01", "9" * 400), ("0.01", "١"))
+        ),
         utf16,
         whole(b"\0" * 500),
-        whole(b"PAR1" + b"\0" * 500),
         lambda content: content[:700],
-        lambda content: content.replace(b",", b";"),
-        lambda content: content.replace(b",", b"\t"),
-        lambda content: content.replace(b",", b";").replace(b".", b","),
-        lambda content: content.replace(b".", b","),
-        lambda content: b"# rig 3; hall 2, north\n" + content,
-        lambda content: content.replace(b"\n", b"\ns,rad,rad/s,V\n", 1),
-        lambda content: content.replace(b"angle", b"Angle [rad]"),
-        lambda content: content.partition(b"\n")[2],
-        gzip.compress,
-        whole(b"MATLAB 5.0 MAT-file" + bytes(500)),
         whole(b"PK\x03\x04" + bytes(500)),
         whole(b";" * 100_000),
         whole(b"\n" * 100_000 + b"t,angle,voltage\n"),
         lambda content: content.replace(b".", b"\0"),
-        lambda content: b"\n".join(content.splitlines()[:40]),
-        lambda content: b"\n".join(content.splitlines()[:1]),
     ],
-    "experiments.csv": [
-        row(3, "a", "b.csv", "0.5", "g"),
-        row(3, "b", "../b.csv", "0.5", "g"),
-        row(3, "b", "/etc/passwd", "0.5", "g"),
-        row(3, "b", "c.csv", "0.5", "g"),
-        *(row(3, "b", "b.csv", cell, "g") for cell in ("nan", "inf", "", "heavy", "1e999")),
-        row(1, "id", "file", "mass", "group"),
-        row(1, "id", "file", "m", "m"),
-        utf16,
-        whole(""),
-    ],
+    "experiments.csv": [utf16],
     "provenance.json": [whole("{"), whole("[1]"), whole('{"data": "imagined"}'), whole("[" * 100_000)],
 }
 JSON: list[Change] = [
@@ -342,13 +300,9 @@ BOMBS = [
 
 
 @pytest.mark.parametrize(("name", "file", "bomb"), BOMBS)
+@pytest.mark.usefixtures("little_memory")
 def test_a_small_file_cannot_ask_for_all_memory(
-    name: str,
-    file: str,
-    bomb: Callable[[], bytes],
-    cases: dict[str, Case],
-    tmp_path: Path,
-    little_memory: None,
+    name: str, file: str, bomb: Callable[[], bytes], cases: dict[str, Case], tmp_path: Path
 ) -> None:
     """Of a file that grows when it is read both sizes are said, and nothing of it is read."""
     content, case = bomb(), cases[name]

@@ -1,17 +1,13 @@
 """One command for many cells of a verb."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import psutil
 import pytest
 
 from pipeline.cells import cells
+from tests.cli.test_interrupted import interrupted
 from tests.commands import python
 from unmodelled.base.workers import INTERRUPTION
 
@@ -64,21 +60,9 @@ def test_without_a_command_the_usage_is_said(tmp_path: Path) -> None:
 def test_an_interruption_is_said_once_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("{}\n")
     words = ["acquire", "source=virtual", "out=data/raw/a", "+", "acquire", "source=clutch", "out=data/raw/b"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "pipeline.cells", *words],
-        cwd=tmp_path,
-        env={**os.environ, "EXP_PROGRESS": "quiet"},
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as process:
-        deadline = time.monotonic() + 60.0
-        while len(psutil.Process(process.pid).children(recursive=True)) < 3:
-            assert time.monotonic() < deadline and process.poll() is None
-            time.sleep(0.05)
-        below = psutil.Process(process.pid).children(recursive=True)
-        os.killpg(process.pid, signal.SIGINT)
-        said = process.communicate(timeout=30)[1]
-    assert (process.returncode, said) == (130, f"{INTERRUPTION}\n")
-    assert not psutil.wait_procs(below, timeout=30)[1]
+
+    def all_at_work(process: psutil.Process) -> bool:
+        return len(process.children(recursive=True)) >= 3
+
+    assert interrupted(["pipeline.cells", *words], tmp_path, all_at_work) == [INTERRUPTION]
     assert not list(tmp_path.glob("data/raw/[!.]*"))

@@ -57,9 +57,7 @@ HYBRIDS = [
 def write_project(folder: Path, linked: bool = False) -> Path:
     """Write the copy to `folder`, and return it.
 
-    Args:
-        linked: whether the rooms of the program are links, so that functions that numba has compiled there
-            count here as well.
+    `linked`: rooms of the program are links, so that functions that numba has compiled there count here.
     """
     for part in (part for name in PROGRAM if linked for part in (ROOT / name).iterdir()):
         (folder / part.parent.name).mkdir(exist_ok=True)

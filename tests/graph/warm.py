@@ -40,11 +40,7 @@ sys.exit(code[0] if code else 1)
 
 @contextmanager
 def warm_python(folder: Path) -> Iterator[Path]:
-    """Yield the folder of a `python` whose libraries are loaded already.
-
-    Args:
-        folder: new folder.
-    """
+    """Yield a new folder with a `python` whose libraries are loaded already."""
     folder.mkdir()
     command = [sys.executable, "-m", "tests.graph.warm", str(folder)]
     root = Path(__file__).parents[2]

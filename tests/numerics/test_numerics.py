@@ -1,7 +1,5 @@
 """Resampling, integration, and smoothing differentiation against known derivatives and the best width."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cam and its mechanism: golden table, geometry, energy, force, and all generated forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch

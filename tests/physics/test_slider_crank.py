@@ -1,7 +1,5 @@
 """The slider-crank from three sides: Newton-Euler, Lagrange, and the system file; energy and power."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import mpmath
@@ -12,9 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.machines.known import built_in, values_of
-from tests.physics.kernel.problems import bare, one_run
-from unmodelled.engine.free_run import Integration
-from unmodelled.learning.rollout import simulate
 from unmodelled.systems.model import symbol
 
 SYSTEM = built_in("slider_crank")
@@ -163,16 +158,3 @@ def test_position_of_the_port_is_the_slider_and_starts_closest_to_the_shaft() ->
     np.testing.assert_allclose(d, slider - 0.24, atol=1e-15)
     np.testing.assert_allclose(v, speed, atol=1e-15)
     assert d.min() == pytest.approx(0.0, abs=1e-4)
-
-
-def test_energy_is_kept_without_dissipation() -> None:
-    """In free runs without torque and load, by the compiled kernel."""
-    s = SYSTEM.with_values({"B_m": 0.0})
-    generator = np.random.default_rng(1)
-    x0 = np.stack([generator.uniform(-np.pi, np.pi, 20), generator.normal(0.0, 20.0, 20)], -1)
-    data, starts = one_run(np.zeros((2001, 1)), 5e-4), np.zeros(20, np.int64)
-    X = simulate(bare(s), 0, data, x0, starts, 2000, Integration(5e-4, "rk4"))[0]
-    energy = values_of(s, [sum(energies())], X, [0.0])[..., 0]
-    assert np.ptp(X[..., 0], axis=1).min() > 0.5
-    scale = np.abs(energy).max(axis=1)
-    assert (np.ptp(energy, axis=1) / scale).max() < 1e-6

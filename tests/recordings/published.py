@@ -15,24 +15,34 @@ from pipeline.recordings.silverbox import SAMPLES, SilverboxRecording
 from pipeline.recordings.so101 import So101Recording
 from pipeline.recordings.ur10e import Ur10eJointRecording
 from pipeline.recordings.xl330 import Xl330Recording
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 JOINTS = ("Pitch", "Rotation", "Elbow")
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A class of pipeline/recordings and what belongs to it.
-
-    Attributes:
-        recording: the class. variable: environment variable with the published archive.
-        write: an archive like it. experiments: in the published archive. horizon: of a diagnosis, s.
-    """
+    """A class of pipeline/recordings and what belongs to it."""
 
     recording: Callable[[str | None], Any]
-    variable: str
-    write: Callable[[Path], None]
-    experiments: int
-    horizon: float
+    variable: str  # of the environment, with the published archive
+    write: Callable[[Path], None]  # an archive like it
+    experiments: int  # in the published archive
+    horizon: float  # of a diagnosis, s
+
+
+def fits(systems: Path, logs: Path) -> dict[str, Fit]:
+    """Fits of the system files of a machine to logs, by the names of the files."""
+    found = {}
+    for path in sorted(systems.glob("*_withheld.yaml")):
+        system = read_system(path)
+        recording = Recording.of(read_logs(logs, system), 0.1)
+        found[path.stem.removesuffix("_withheld")] = fit_parameters(Simulation(system, recording))
+    return found
 
 
 def xl330(folder: Path) -> None:
@@ -40,13 +50,9 @@ def xl330(folder: Path) -> None:
     header = {"mass": 0.49, "length": 0.1, "vin": 7.4, "motor": "xl330"}
     for kp, trajectory, period in ((100, "sin_sin", 0.0053), (400, "lift_and_drop", 0.0035)):
         t = 0.003 + np.arange(200) * period
-        columns = {
-            "timestamp": t,
-            "position": 0.3 * np.sin(8.0 * t),
-            "goal_position": 0.5 * np.sin(8.0 * t),
-            "torque_enable": (t < 0.4) | (kp == 100),
-        }
-        entries = [{k: v[i].item() for k, v in columns.items()} for i in range(len(t))]
+        position, goal = 0.3 * np.sin(8.0 * t), 0.5 * np.sin(8.0 * t)
+        columns = {"timestamp": t, "position": position, "goal_position": goal}
+        entries = pd.DataFrame({**columns, "torque_enable": (t < 0.4) | (kp == 100)}).to_dict("records")
         run = {**header, "kp": kp, "trajectory": trajectory, "entries": entries}
         (folder / f"2026-01-15_10h28m{kp}.json").write_text(json.dumps(run))
 

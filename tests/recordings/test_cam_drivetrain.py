@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pipeline.cam_follower import cam_follower as physics
@@ -16,17 +15,14 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.recordings.cam_drivetrain import CamDrivetrainRecording
 from pipeline.stages.acquire import acquire
+from tests.machines.known import Array, runge_kutta
+from tests.recordings.published import fits
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import fit_parameters
-from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 SYSTEMS = Path(__file__).parents[2] / "systems" / "cam_drivetrain"
 CAMS = list(product((0.01, 0.03, 0.05, 0.07), (0.75 * np.pi, 1.25 * np.pi)))
@@ -92,13 +88,10 @@ def motion(mechanism: CamFollower, H: float, beta: float, m: Array, V: float) ->
 
 def angle(acceleration: Callable[..., Array], runs: int) -> Array:
     """(samples, runs) rad, from a start with 3 rad/s."""
-    x, path, h = np.array([np.zeros(runs), np.full(runs, 3.0)]), [], PERIOD
-    for _ in range(SAMPLES):
-        path.append(x[0])
-        k1 = np.array([x[1], acceleration(*x)])
-        k2 = np.array([(x + 0.5 * h * k1)[1], acceleration(*(x + 0.5 * h * k1))])
-        x = x + h * np.array([(x + 0.5 * h * k2)[1], acceleration(*(x + 0.5 * h * k2))])
-    return np.array(path)
+    start = np.array([np.zeros(runs), np.full(runs, 3.0)])
+    return runge_kutta(lambda _, x: np.array([x[1], acceleration(*x)]), start, PERIOD * np.arange(SAMPLES))[
+        :, 0
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -140,17 +133,13 @@ def test_the_contact_run_of_the_median_voltage_of_every_combination(store: Path,
 
 def test_the_system_files_fit_the_bench(store: Path, tmp_path: Path) -> None:
     acquire(recording(store), 0, tmp_path / "logs")
-    left = {}
-    for path in sorted(SYSTEMS.glob("*_withheld.yaml")):
-        system = read_system(path)
-        found = fit_parameters(Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1)))
-        # T_s and omega_s of the complete model together describe a small friction: its fit creeps
-        assert found.converged or path.stem == "nothing_withheld"
-        left[path.stem] = found.gap.value
-        if path.stem == "nothing_withheld":
-            assert found.values["b_1"] == pytest.approx(12.0, rel=0.1)
-            assert found.values["J"] == pytest.approx(0.006, rel=0.1)
-    assert 3.0 * left["nothing_withheld"] < min(left["friction_withheld"], left["inertia_withheld"])
+    found = fits(SYSTEMS, tmp_path / "logs")
+    # T_s and omega_s of the complete model together describe a small friction: its fit creeps
+    assert all(fit.converged for name, fit in found.items() if name != "nothing")
+    assert found["nothing"].values["b_1"] == pytest.approx(12.0, rel=0.1)
+    assert found["nothing"].values["J"] == pytest.approx(0.006, rel=0.1)
+    left = {name: fit.gap.value for name, fit in found.items()}
+    assert 3.0 * left["nothing"] < min(left["friction"], left["inertia"])
 
 
 def test_levels_without_a_contact_run_are_named(store: Path, tmp_path: Path) -> None:

@@ -1,25 +1,21 @@
 """EMPS: recordings become a log folder, its system files fit them, and a damaged recording is named."""
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 from scipy.io import savemat
 
 from pipeline.recordings.emps import FILES, EmpsRecording
 from pipeline.stages.acquire import acquire
+from tests.machines.folders import Array, motion
+from tests.recordings.published import fits
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import fit_parameters
-from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 Recordings = dict[str, dict[str, Array]]
 
 SYSTEMS = Path(__file__).parents[2] / "systems" / "emps"
@@ -34,15 +30,13 @@ def voltage(pulses: bool) -> Array:
 
 
 def position(vir: Array) -> Array:
-    """Of a carriage with the numbers of `TRUTH`, by Euler steps that are a hundred to a sample."""
-    q, v, path = 0.0, 0.0, [0.0]
-    for before, after in pairwise(vir):
-        for share in np.arange(100) / 100.0:
-            force = 35.15065 * (before + share * (after - before)) - TRUTH["F_v"] * v - TRUTH["F_0"]
-            v += 1e-5 * (force - TRUTH["F_c"] * np.tanh(v / 5e-4)) / TRUTH["M"]
-            q += 1e-5 * v
-        path.append(q)
-    return np.array(path)
+    """Of a carriage with the numbers of `TRUTH`, by ten steps to a sample."""
+
+    def rates(x: Array, u: Array) -> list[Array]:
+        loss = TRUTH["F_v"] * x[1] + TRUTH["F_0"] + TRUTH["F_c"] * np.tanh(x[1] / 5e-4)
+        return [x[1], (35.15065 * u - loss) / TRUTH["M"]]
+
+    return motion(rates, [0.0, 0.0], vir, 0.001, substeps=10)[:, 0]
 
 
 @pytest.fixture(scope="module")
@@ -75,16 +69,11 @@ def test_a_log_folder_of_parts(folder: Path, recorded: Recordings, tmp_path: Pat
 
 def test_the_system_files_fit_a_carriage(folder: Path, tmp_path: Path) -> None:
     acquire(EmpsRecording(str(folder), parts=2), 0, tmp_path / "logs")
-    left = {}
-    for path in sorted(SYSTEMS.glob("*_withheld.yaml")):
-        system = read_system(path)
-        simulation = Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1))
-        found = fit_parameters(simulation)
-        assert found.converged
-        left[path.stem] = found.gap.value
-        if path.stem == "nothing_withheld":
-            assert found.values == pytest.approx(TRUTH, rel=0.02)
-    assert 10.0 * left["nothing_withheld"] < min(left["coulomb_withheld"], left["viscous_withheld"])
+    found = fits(SYSTEMS, tmp_path / "logs")
+    assert all(fit.converged for fit in found.values())
+    assert found["nothing"].values == pytest.approx(TRUTH, rel=0.02)
+    left = {name: fit.gap.value for name, fit in found.items()}
+    assert 10.0 * left["nothing"] < min(left["coulomb"], left["viscous"])
 
 
 @pytest.mark.parametrize(
@@ -108,11 +97,10 @@ def test_a_damaged_recording_is_named(
 def test_wrong_files_are_named(folder: Path, tmp_path: Path) -> None:
     check_refused(None, tmp_path, "must be given: EMPS=")
     check_refused(str(tmp_path / "nowhere"), tmp_path, "DATA_EMPS.mat: no such file")
-    (folder / FILES["pulses"]).write_text("t,vir,qm\n0,1,2\n" * 20)
-    check_refused(str(folder), tmp_path, "DATA_EMPS_PULSES.mat: not a MATLAB file of version 4 to 7")
     whole = (folder / FILES["plain"]).read_bytes()
-    (folder / FILES["pulses"]).write_bytes(whole[: len(whole) // 2])
-    check_refused(str(folder), tmp_path, "DATA_EMPS_PULSES.mat: not a MATLAB file of version 4 to 7")
+    for content in (b"t,vir,qm\n0,1,2\n" * 20, whole[: len(whole) // 2]):
+        (folder / FILES["pulses"]).write_bytes(content)
+        check_refused(str(folder), tmp_path, "DATA_EMPS_PULSES.mat: not a MATLAB file of version 4 to 7")
 
 
 def check_refused(dataset: str | None, tmp_path: Path, complaint: str) -> None:

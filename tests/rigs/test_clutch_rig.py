@@ -136,17 +136,10 @@ def known_shift(system: System, theta: np.ndarray, row: Any, t: np.ndarray, curr
         return float(slip(at, x, np.zeros(1), *rest)[0])
 
     met.terminal, met.direction = True, -1  # type: ignore[attr-defined]
-    found = solve_ivp(
-        lambda at, x: rates(at, x, [np.interp(at, t, current)], *rest),
-        (0.0, t[-1]),
-        [float(state.initial) for state in system.states[:3]] + [0.999 * row.omega_m, 0.0],
-        "RK45",
-        events=met,
-        rtol=1e-6,
-        atol=[1.0, 10.0, 1e-9, 1e-5, 1e-5],
-        max_step=0.004,
-    )
-    return float(found.t_events[0][0])
+    start = [float(state.initial) for state in system.states[:3]] + [0.999 * row.omega_m, 0.0]
+    how = {"rtol": 1e-6, "atol": [1.0, 10.0, 1e-9, 1e-5, 1e-5], "max_step": 0.004, "events": met}
+    rate = lambda at, x: rates(at, x, [np.interp(at, t, current)], *rest)  # noqa: E731
+    return float(solve_ivp(rate, (0.0, t[-1]), start, "RK45", **how).t_events[0][0])
 
 
 def test_the_known_model_shifts_at_the_same_time_given_the_true_theta(bench: Bench) -> None:
@@ -185,9 +178,8 @@ def test_logs_are_those_of_the_engagements_with_noise(campaign: Path) -> None:
     table = pd.read_csv(campaign / "experiments.csv").iloc[CASES]
     theta = np.array([truth["theta"][name] for name in table["id"]])
     current, run = ClutchCampaign().simulate(table, theta)
-    np.testing.assert_allclose(
-        run["shift"], [truth["shifting_time"][name] for name in table["id"]], rtol=1e-12
-    )
+    shifted = [truth["shifting_time"][name] for name in table["id"]]
+    np.testing.assert_allclose(run["shift"], shifted, rtol=1e-12)
     for i, row in enumerate(table.itertuples()):
         log = pd.read_csv(campaign / row.file)
         assert list(log.columns) == ["t", "current", "pressure", "omega_1", "omega_2"]

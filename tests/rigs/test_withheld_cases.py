@@ -14,11 +14,12 @@ from pipeline.rigs.withheld.campaign import SYSTEMS, WithheldCampaign, write
 from pipeline.rigs.withheld.carriages import Hoist
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
-from pipeline.rigs.withheld.effects.effect import Only, Plan
+from pipeline.rigs.withheld.effects.effect import Only
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import BALANCES, EVERY, FURTHER, MACHINES
 from tests.conftest import files_of
+from tests.rigs.test_withheld import bare, short
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
@@ -27,16 +28,6 @@ from unmodelled.systems.reader import read_system
 #: Families that no machine plants: any loss, and inputs that a file does not use.
 UNPLANTED = frozenset(("nonlinear_loss", "input_dependence", "parameter_change", "parameter_error"))
 KINDS = ("single", "pair", "null", "outside", "local")
-
-
-def bare(machine: Machine, seed: int = 5) -> Case:
-    return Case(machine.name, (), 1.0, seed)
-
-
-def short(case: Case, seconds: float) -> Plan:
-    """The plan of `case`, cut to `seconds`."""
-    plan = case.plan()
-    return replace(plan, samples=round(seconds / plan.period))
 
 
 def test_an_effect_at_one_level_leaves_the_other_runs_alone() -> None:
@@ -66,16 +57,11 @@ def test_the_truth_lies_beside_what_a_user_hands_over(system: str, command: str,
     assert json.loads((tmp_path / "case" / "truth.json").read_text()) == truth
     assert [effect["family"] for effect in truth["effects"]] == ["coulomb_friction", "actuator_offset"]
     assert truth["effects"][0]["parameters"]["force"] > 8.0
-    handed = [
-        p for p in (tmp_path / "case").rglob("*") if p.is_file() and p.name not in ("truth.json", MARKER)
-    ]
-    assert all(
-        re.fullmatch(r"run\d+\.(csv|parquet)|system.yaml|experiments.csv|provenance.json", p.name)
-        for p in handed
-    )
-    for path in handed:
-        content = path.read_bytes().lower()
-        assert not any(word in content for word in (b"coulomb", b"offset", b"truth", b"planted")), path
+    for name, content in files_of(tmp_path / "case").items():
+        if name not in ("truth.json", MARKER):
+            own = r"logs/run\d+\.(csv|parquet)|system.yaml|logs/experiments.csv|logs/provenance.json"
+            assert re.fullmatch(own, name)
+            assert not re.search(b"coulomb|offset|truth|planted", content.lower()), name
     header = (tmp_path / "case" / "logs" / "experiments.csv").read_text().split("\n")[0]
     assert header == ("id,file,m" if system == "hoist" else "id,file,group")
 
@@ -95,10 +81,8 @@ def test_uncertain_parameters_are_wrong_within_their_bounds(machine: Machine, tm
                 low, high = parameter["bounds"]
                 assert low < parameter["value"] < high
                 assert 0.045 < abs(parameter["value"] / known[name]["value"] - 1.0) < 0.305
-                assert truth["parameters"][name] == {
-                    "true": known[name]["value"],
-                    "given": parameter["value"],
-                }
+                both = {"true": known[name]["value"], "given": parameter["value"]}
+                assert truth["parameters"][name] == both
             else:
                 assert parameter == known[name]
 
@@ -117,10 +101,8 @@ def test_cases_are_reproducible_and_of_their_kind(kind: str) -> None:
     drawn = cases(kind, 3)
     assert drawn == cases(kind, 3)
     assert drawn != cases(kind, 4)
-    assert {case.system for case in drawn} == {machine.name for machine in MACHINES} or kind in (
-        "outside",
-        "local",
-    )
+    every = {case.system for case in drawn} == {machine.name for machine in MACHINES}
+    assert every or kind in ("outside", "local")
     assert all(0.3 <= case.level <= 3.0 for case in drawn)
     assert {case.level for case in cases(kind, 3, level=0.7)} == {0.7}
     for case in drawn:

@@ -26,35 +26,29 @@ from pipeline.rigs.withheld.chain.measuring import moved, shares
 from pipeline.rigs.withheld.chain.part import Readings
 from pipeline.rigs.withheld.cranks import Pendulum
 from pipeline.rigs.withheld.drawing import FAMILIES
-from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.machines import EVERY, FURTHER
 from tests.conftest import files_of
+from tests.rigs.test_withheld import short
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
 T = 0.001 * np.arange(2000.0)
+BOTH = Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")
 
 
 def sine(hertz: float) -> Readings:
-    y = np.sin(2.0 * np.pi * hertz * T)[:, None]
-    return Readings(
-        T[:, None], y, {"x": y, "v": 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * T)[:, None]}
-    )
-
-
-def short(case: MeasuredCase, seconds: float = 0.4) -> Plan:
-    plan = case.plan()
-    return replace(plan, samples=round(seconds / plan.period))
+    rate, t = 2.0 * np.pi * hertz, T[:, None]
+    y = np.sin(rate * t)
+    return Readings(t, y, {"x": y, "v": rate * np.cos(rate * t)})
 
 
 def test_a_clock_jitters_and_runs_fast() -> None:
     read = Clock(0.05, 1e-3, True).read(sine(5.0), np.random.default_rng(0))
     off = read.t[1:-1, 0] / (1.0 + 1e-3) - T[1:-1]
     assert np.std(off) == pytest.approx(0.05 * 0.001, rel=0.1)
-    np.testing.assert_allclose(
-        read.outputs["x"][:, 0], np.sin(10.0 * np.pi * read.t[:, 0] / 1.001), atol=1e-6
-    )
+    shown = np.sin(10.0 * np.pi * read.t / 1.001)
+    np.testing.assert_allclose(read.outputs["x"], shown, atol=1e-6)
     grid = Clock(0.05, 1e-3, False).read(sine(5.0), np.random.default_rng(0))
     np.testing.assert_allclose(grid.t[:, 0], T * 1.001)
     np.testing.assert_array_equal(grid.outputs["x"], read.outputs["x"])
@@ -62,9 +56,8 @@ def test_a_clock_jitters_and_runs_fast() -> None:
 
 def test_a_low_pass_attenuates_its_cut_off_by_3_db() -> None:
     passed = LowPass(20.0, True).processed(sine(20.0), Hoist(), 0.001)
-    assert np.std(passed.outputs["x"][1000:]) / np.std(sine(20.0).u[1000:]) == pytest.approx(
-        0.5**0.5, rel=0.01
-    )
+    share = np.std(passed.outputs["x"][1000:]) / np.std(sine(20.0).u[1000:])
+    assert share == pytest.approx(0.5**0.5, rel=0.01)
     np.testing.assert_array_equal(passed.u, passed.outputs["x"])
     assert LowPass(20.0, False).processed(sine(20.0), Hoist(), 0.001).u is not passed.u
 
@@ -101,35 +94,22 @@ def test_a_drive_lags_and_its_strength_varies() -> None:
     np.testing.assert_allclose(vars(damping)["b"], np.array([34.1, 27.9]))
 
 
-def with_part(part: type, system: str) -> MeasuredCase:
-    drawn = (MeasuredCase(system, (), 1.0, seed) for seed in range(100))
-    return next(case for case in drawn if any(isinstance(p, part) for p in case.chain))
-
-
 def test_a_closed_loop_follows_its_set_point() -> None:
-    case = with_part(ClosedLoop, "pendulum")
-    plan = short(case, 2.0)
-    without = replace(
-        case,
-        seed=next(
-            s
-            for s in range(100)
-            if not any(isinstance(p, ClosedLoop) for p in MeasuredCase("pendulum", (), 1.0, s).chain)
-        ),
-    )
-    closed, opened = moved(case, plan), moved(without, short(without, 2.0))
+    drawn = [MeasuredCase("pendulum", (), 1.0, seed) for seed in range(100)]
+    looped = [any(isinstance(part, ClosedLoop) for part in case.chain) for case in drawn]
+    cases = (drawn[looped.index(loop)] for loop in (True, False))
+    closed, opened = (moved(case, short(case, 2.0)) for case in cases)
     assert np.max(np.abs(closed.u)) <= Pendulum().supply
-    assert np.std(np.diff(closed.u, axis=0)) > 3.0 * np.std(
-        np.diff(opened.u, axis=0)
-    )  # counts reach the input
+    rough, smooth = (np.std(np.diff(run.u, axis=0)) for run in (closed, opened))
+    assert rough > 3.0 * smooth  # counts reach the input
 
 
 def test_cases_follow_their_seed_and_validation_has_other_motions(tmp_path: Path) -> None:
-    case = MeasuredCase(
-        "hoist", (Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")), 1.0, 3
-    )
+    case = MeasuredCase("hoist", BOTH, 1.0, 3)
     for name, seed in (("one", 3), ("two", 3), ("other", 4)):
-        truth = write_measured(replace(case, seed=seed), tmp_path / name, short(replace(case, seed=seed)))
+        truth = write_measured(
+            replace(case, seed=seed), tmp_path / name, short(replace(case, seed=seed), 0.4)
+        )
     one, two, other = (files_of(tmp_path / name) for name in ("one", "two", "other"))
     assert one == two and one["system.yaml"] != other["system.yaml"]
     assert not set(truth["motions"]["logs"]) & set(truth["motions"]["validation"])
@@ -141,14 +121,13 @@ def test_cases_follow_their_seed_and_validation_has_other_motions(tmp_path: Path
 
 @pytest.mark.long
 def test_shares_tell_a_large_effect_from_a_small_one() -> None:
-    effects = Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")
-    seed = next(s for s in range(20) if 1 <= len(MeasuredCase("hoist", effects, 1.0, s).chain) <= 4)
-    alone = MeasuredCase("hoist", effects[:1], 1.0, seed)
+    seed = next(s for s in range(20) if 1 <= len(MeasuredCase("hoist", BOTH, 1.0, s).chain) <= 4)
+    alone = MeasuredCase("hoist", BOTH[:1], 1.0, seed)
     found = shares(alone, short(alone, 1.0), moved(alone, short(alone, 1.0)))
     assert found.shares == (1.0,) and found.effects > 1e-3
     nothing = MeasuredCase("hoist", (), 1.0, seed)
-    assert shares(nothing, short(nothing), moved(nothing, short(nothing))).effects < 1e-5
-    both = MeasuredCase("hoist", effects, 1.0, seed)
+    assert shares(nothing, short(nothing, 0.4), moved(nothing, short(nothing, 0.4))).effects < 1e-5
+    both = MeasuredCase("hoist", BOTH, 1.0, seed)
     parts = shares(both, short(both, 1.0), moved(both, short(both, 1.0))).shares
     assert max(parts) >= MATERIAL and all(part > 0.0 for part in parts)
 
@@ -163,9 +142,8 @@ def test_kinds_of_cases() -> None:
     assert all(3 <= len(case.effects) <= 4 for case in measured_cases("several", 20, 2000))
     assert len(measured_cases("pair", 30, 2000)) == 30
     assert not {case.effects[0].family for case in measured_cases("outside", 16, 2000)} & FAMILIES
-    assert (
-        measured_cases("several", 5, 1) == measured_cases("several", 5, 1) != measured_cases("several", 5, 2)
-    )
+    one, again, other = (measured_cases("several", 5, seed) for seed in (1, 1, 2))
+    assert one == again != other
     with pytest.raises(BadInput, match=r"counts\.outside: must be 1 to 16"):
         measured_cases("outside", 17, 0)
 
@@ -175,10 +153,8 @@ def test_machines_of_other_kinds_have_cases_of_their_own() -> None:
     assert len(EVERY) == len({machine.name for machine in EVERY}) >= 24
     for kind, count in (("null", 15), ("single", 60), ("pair", 60), ("several", 15), ("outside", 15)):
         drawn = measured_cases(f"further_{kind}", count, 2000)
-        assert {case.system for case in drawn} <= names
-        assert {len(case.effects) for case in drawn} <= {"null": {0}, "pair": {2}, "several": {3, 4}}.get(
-            kind, {1}
-        )
+        sizes = {"null": {0}, "pair": {2}, "several": {3, 4}}.get(kind, {1})
+        assert {case.system for case in drawn} <= names and {len(case.effects) for case in drawn} <= sizes
 
 
 @pytest.mark.parametrize(
@@ -202,8 +178,6 @@ def test_cases_without_a_chain_keep_their_bytes(tmp_path: Path) -> None:
     """The digest was computed before there were measurement chains."""
     case = Case("slider_crank", (Planted("linear_spring", "slider"),), 0.508, 544154749)
     write(case, tmp_path / "case", replace(case.plan(), samples=300))
-    digest = hashlib.sha256()
-    for path in sorted((tmp_path / "case").rglob("*")):
-        if path.is_file():
-            digest.update(path.relative_to(tmp_path / "case").as_posix().encode() + path.read_bytes())
+    files = sorted(files_of(tmp_path / "case").items(), key=lambda file: Path(file[0]))
+    digest = hashlib.sha256(b"".join(name.encode() + content for name, content in files))
     assert digest.hexdigest() == "1a3bfead8bb4726d95f135d754cbfa18f050d90cb78e6f9f65f9d25d9604b33e"

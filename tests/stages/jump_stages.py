@@ -9,15 +9,8 @@ from omegaconf import DictConfig, OmegaConf
 from pipeline.__main__ import PROGRAM
 
 #: Enough to run everything, not to learn anything.
-TINY = {
-    "repeats": 2,
-    "sequence_updates": 3,
-    "bounce_members": 1,
-    "explained_runs": 3,
-    "references": 4,
-    "exact_runs": 1,
-    "exact_references": 2,
-}
+TINY = {"repeats": 2, "sequence_updates": 3, "bounce_members": 1}
+TINY |= {"explained_runs": 3, "references": 4, "exact_runs": 1, "exact_references": 2}
 BOTH = "uniform_and_factors"
 CELLS = {BOTH: "detachment", "scarce": "detachment_blind"}
 #: The shares that claims and explanations are about.

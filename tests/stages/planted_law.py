@@ -42,10 +42,7 @@ def along_travel(effect: Effect) -> bool:
 def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] | None = None) -> Iterator[Diagnosed]:
     """A function that plants a law and runs the command line, once for each law.
 
-    Args:
-        alone: the search looks at this law only, and at one that it needs beside it, which takes a tenth of
-            the time; all else is as always.
-        ids: of the experiments, default those of `plant`.
+    `alone`: the search looks at this law only, and at one that it needs beside it, in a tenth of the time.
     """
     with pytest.MonkeyPatch.context() as patch:
 

@@ -62,10 +62,8 @@ def test_every_system_file_is_diagnosed_and_a_killed_run_goes_on(
     assert not (bench / "out").exists()
     run(bench, asked, monkeypatch)
     assert asked == [("a", 0.1, 3, 1), ("b", 0.1, 3, 1)]
-    assert {p.parent.name: json.loads(p.read_text()) for p in bench.glob("out/*/diagnosis.json")} == {
-        "a": "a",
-        "b": "b",
-    }
+    written = {p.parent.name: json.loads(p.read_text()) for p in bench.glob("out/*/diagnosis.json")}
+    assert written == {"a": "a", "b": "b"}
 
 
 def test_other_logs_begin_anew(bench: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.machines.known import Array
 from tests.stages.jump_stages import BOTH, attribute, evaluate, tabulate, train
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
@@ -55,24 +55,18 @@ def test_fits_of_another_split_are_refused(root: Path, tmp_path: Path) -> None:
         attribute(other, out=tmp_path / "out")
 
 
-def with_gap(signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The signal without its sample 100, which belongs to the first run."""
-    return np.where(np.arange(len(signal)) == 100, np.nan, signal)
+def with_gap(eps: Array, **signals: Array) -> dict[str, Array]:
+    """Signals without the sample 100 of eps, which belongs to the first run."""
+    return {**signals, "eps": np.where(np.arange(len(eps)) == 100, np.nan, eps)}
 
 
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
         (lambda c: replace(c, signals={k: v for k, v in c.signals.items() if k != "h_dot"}), "feature h_dot"),
-        (
-            lambda c: replace(c, signals={**c.signals, "eps": with_gap(c.signals["eps"])}),
-            "feature eps .* sample 100",
-        ),
+        (lambda c: replace(c, signals=with_gap(**c.signals)), "feature eps .* sample 100"),
         (lambda c: replace(c, experiments=c.experiments.drop(columns="label")), "no column label"),
-        (
-            lambda c: replace(c, offsets=np.concatenate([[0, 0], c.offsets[2:]])),
-            "experiment 1: has no samples",
-        ),
+        (lambda c: replace(c, offsets=np.r_[0, 0, c.offsets[2:]]), "experiment 1: has no samples"),
     ],
 )
 def test_a_bad_campaign_is_refused(

@@ -86,9 +86,8 @@ def test_tables(folder: Path) -> None:
     assert numbers.loc[("coulomb", "known physics", "M"), "given"] == 95.0
     assert numbers.loc[("coulomb", "known physics", "F_v"), "inside"] == "not identified"
     left = pd.read_csv(tables / "real_left_over.csv")
-    assert left[left["withheld"] == "coulomb"]["where"].tolist() == [
-        *("rail", "v from -0.02 to 0.02", "group = pulses", "m = 1.25", "plain_1", "v was estimated")
-    ]
+    where = ["rail", "v from -0.02 to 0.02", "group = pulses", "m = 1.25", "plain_1", "v was estimated"]
+    assert left[left["withheld"] == "coulomb"]["where"].tolist() == where
     about = json.loads((tables / "real.json").read_text())
     assert about["data"] == "measured" and about["chapter"] is None and about["title"]
 
@@ -110,6 +109,7 @@ RIGHT = KnownCase(
 )
 VISCOUS = {**FRICTION, "family": "viscous_friction", "indistinguishable": []}
 ELSEWHERE = {**VISCOUS, "port": "motor"}
+MISPLACED = {"effects": [FRICTION, ELSEWHERE]}
 
 
 @pytest.mark.parametrize(
@@ -118,14 +118,7 @@ ELSEWHERE = {**VISCOUS, "port": "motor"}
         ({"effects": [FRICTION, VISCOUS]}, "2 of 2", "2 of 2", "yes", "no", ""),
         ({"effects": [FRICTION]}, "1 of 2", "1 of 2", "no", "no", "search: viscous_friction"),
         ({"effects": [FRICTION], "verdict": "main_effect"}, "1 of 2", "1 of 2", "yes", "no", ""),
-        (
-            {"effects": [FRICTION, ELSEWHERE]},
-            "2 of 2",
-            "1 of 2",
-            "no",
-            "yes",
-            "choice: viscous_friction at motor",
-        ),
+        (MISPLACED, "2 of 2", "1 of 2", "no", "yes", "choice: viscous_friction at motor"),
         ({"effects": [], "verdict": "unknown"}, "0 of 2", "0 of 2", "no", "no", "search: coulomb_friction"),
         ({"effects": [], "verdict": "no_gap"}, "0 of 2", "0 of 2", "no", "yes", "noise floor"),
         ({"effects": [], "verdict": "check_logs"}, "0 of 2", "0 of 2", "no", "yes", "check of the logs"),
@@ -163,19 +156,15 @@ def test_an_effect_that_was_fitted_and_not_chosen() -> None:
 @pytest.mark.parametrize(
     ("name", "content", "complaint"),
     [
-        ("diagnoses/emps/coulomb_withheld/diagnosis.json", "{", "not a JSON file"),
-        (
-            "diagnoses/emps/coulomb_withheld/diagnosis.json",
-            {"schema": "x"},
-            "schema: must be one of diagnosis/2, got 'x'",
-        ),
-        ("diagnoses/emps/coulomb_withheld/tables/about.json", None, "about.json: no such file"),
+        ("diagnosis.json", "{", "not a JSON file"),
+        ("diagnosis.json", {"schema": "x"}, "schema: must be one of diagnosis/2, got 'x'"),
+        ("tables/about.json", None, "about.json: no such file"),
     ],
 )
 def test_a_damaged_input_is_named(name: str, content: Any, complaint: str, folder: Path) -> None:
-    (folder / name).unlink()
+    (file := folder / "diagnoses/emps/coulomb_withheld" / name).unlink()
     if content is not None:
-        put(folder / name, content)
+        put(file, content)
     with pytest.raises(BadInput, match=complaint):
         tabulate(folder)
     assert not (folder / "reports").exists()

@@ -15,16 +15,14 @@ from unmodelled.base.errors import BadInput
 from unmodelled.learning.structures import black_box, physics_only
 from unmodelled.learning.windows import Windows
 
+INPUTS = ["theta", "omega", "torque"]
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 
 
 def settings(raw: Path, out: Path) -> dict[str, Any]:
     return {
         **{"raw": raw, "system": SYSTEM, "out": out / "tables" / "tutorial", "reports": out / "reports"},
-        "models": {
-            "physics": physics_only(),
-            "black_box": black_box(hidden=8, inputs=["theta", "omega", "torque"]),
-        },
+        "models": {"physics": physics_only(), "black_box": black_box(hidden=8, inputs=INPUTS)},
         "windows": Windows(10, 3, 200, 0.01, 0.01),
         **{"trained": 2, "repeats": 2, "hidden": [1, 32], "penalty": 1.0, "seeds": 2, "seed": 0},
     }
@@ -77,9 +75,8 @@ def test_models_are_judged_on_runs_they_have_not_seen(folder: Path) -> None:
 def test_claims_and_equations_are_written(folder: Path) -> None:
     out = folder / "tables" / "tutorial"
     rows = json.loads((out / "claims.json").read_text())
-    assert [row["id"] for row in rows] == [
-        *("static_inside", "static_outside", "dynamic_explored", "dynamic_unseen")
-    ]
+    names = ["static_inside", "static_outside", "dynamic_explored", "dynamic_unseen"]
+    assert [row["id"] for row in rows] == names
     assert {row["data"] for row in rows} == {"virtual"}
     block = json.loads((out / "equations.json").read_text())
     assert block["chapter"] == 2 and block["rows"][0]["text"] == "omega"

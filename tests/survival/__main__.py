@@ -7,8 +7,6 @@ After the kills: a full disk, a folder that is read-only, Ctrl-C, two runs at on
 help, and the metrics are the same.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import random
@@ -50,21 +48,13 @@ class Project:
             return subprocess.Popen(self.command, start_new_session=True, **how)  # type: ignore[call-overload]
 
     def complete(self) -> float:
-        """Run to the end and return how long it took, s.
-
-        Raises:
-            RuntimeError: when it fails.
-        """
+        """Run to the end and return how long it took, s."""
         begin = time.monotonic()
         self.check(self.start().wait())
         return time.monotonic() - begin
 
     def kill_after(self, seconds: float) -> bool:
-        """Run and kill all processes after a while; whether there was anything left to kill.
-
-        Raises:
-            RuntimeError: when it fails before.
-        """
+        """Run and kill all processes after a while; whether there was anything left to kill."""
         process = self.start()
         try:
             code = process.wait(timeout=seconds)

@@ -1,7 +1,5 @@
 """What else than a kill can happen to a run of the graph; results stay whole, and the next run completes."""
 
-from __future__ import annotations
-
 import os
 import random
 import resource

@@ -1,7 +1,5 @@
 """What a kill may leave: whole files under their names, nothing else."""
 
-from __future__ import annotations
-
 import json
 import math
 import zipfile

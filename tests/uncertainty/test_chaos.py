@@ -1,7 +1,5 @@
 """Polynomial chaos: coefficients, moments of any order, and what it refuses."""
 
-from __future__ import annotations
-
 from itertools import product
 from math import comb
 
@@ -176,12 +174,13 @@ def test_own_polynomials_keep_the_high_moments_that_hermite_loses() -> None:
 
 def test_expansions_refuse_what_they_cannot_use() -> None:
     family = TruncatedNormal(0.7, 1.3)
-    with pytest.raises(BadInput, match="order must exceed the degree 4, got 4"):
-        Chaos((family,), 4, 4)
-    with pytest.raises(BadInput, match="at least one uncertain parameter"):
-        Chaos((), 4, 5)
-    with pytest.raises(BadInput, match="degree must not be negative, got -1"):
-        Chaos((family,), -1, 5)
+    for families, degree, order, words in (
+        ((family,), 4, 4, "order must exceed the degree 4, got 4"),
+        ((), 4, 5, "at least one uncertain parameter"),
+        ((family,), -1, 5, "degree must not be negative, got -1"),
+    ):
+        with pytest.raises(BadInput, match=words):
+            Chaos(families, degree, order)
     chaos, alpha = Chaos((family, family), 1, 2), np.array([[0.9, 0.1], [1.0, 0.1]])
     for wrong in (alpha[0], alpha.T[:1], np.ones((3, 2))):
         with pytest.raises(BadInput, match=r"two numbers for every parameter, shape \(2, 2\): got"):

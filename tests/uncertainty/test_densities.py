@@ -1,7 +1,5 @@
 """Densities from samples, from two moments and of largest entropy, and the Earth Mover's Distance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -121,16 +119,6 @@ def test_chunks_count_as_much_as_all_at_once(chunks: int, seed: int) -> None:
         found = np.concatenate([[0.0], np.cumsum(histogram.counts[:, l])])
         assert found[-1] == 400.0
         assert np.abs(found - expected).max() <= 1.0  # a sample on an edge may round either way
-
-
-def test_chunks_give_the_same_density() -> None:
-    samples = np.random.default_rng(0).standard_normal((50_000, 3))
-    histogram = Histogram()
-    for chunk in np.array_split(samples, 50):
-        histogram.add(chunk)
-    y = np.linspace(-2.5, 2.5, 50)[:, None] * np.ones(3)
-    found = Empirical.from_histogram(histogram).log_density(y)
-    assert_allclose(found, Empirical.of(samples).log_density(y), atol=0.02)
 
 
 def test_samples_that_make_no_density() -> None:

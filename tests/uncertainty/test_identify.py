@@ -1,7 +1,5 @@
 """Maximum likelihood in a box, on likelihoods whose maximum is known; of one and of many data sets."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
 

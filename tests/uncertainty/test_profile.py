@@ -1,15 +1,13 @@
 """Profiles of one and of two parameters, curvature and advice, on log-likelihoods whose shape is known."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from tests.uncertainty.test_identify import BOX, SAMPLE, Array, gaussian
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.advice import advice
 from unmodelled.uncertainty.ascent import Objective
@@ -17,20 +15,11 @@ from unmodelled.uncertainty.curvature import curvature
 from unmodelled.uncertainty.identify import identify
 from unmodelled.uncertainty.profile import THRESHOLD, TOP, profile, profile_pair
 
-Array = NDArray[np.float64]
-COUNT = 60
-SAMPLE = np.random.default_rng(4).normal(0.9, 0.05, COUNT)
+COUNT = len(SAMPLE)
 MEAN, STD = float(SAMPLE.mean()), float(SAMPLE.std())
-BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
 UNIT_CUBE = np.array([[0.0, 1.0]] * 3)
 COVARIANCE = np.array([[4.0, -2.4, 0.5], [-2.4, 2.5, 0.3], [0.5, 0.3, 1.0]]) * 1e-3
 CENTRE = np.array([0.5, 0.45, 0.6])
-
-
-def gaussian(alphas: Array) -> Array:
-    """Log-likelihood of the sample under a mean and a standard deviation, without its constant."""
-    mu, sigma = alphas.T
-    return -COUNT * (np.log(sigma) + 0.5 * (STD**2 + (mu - MEAN) ** 2) / sigma**2)
 
 
 def parabola(alphas: Array) -> Array:
@@ -233,7 +222,7 @@ def test_optimum_on_a_bound() -> None:
 
 
 def test_better_optimum_is_taken_and_told() -> None:
-    box = np.array([[0.0, 1.0], [0.0, 1.0]])
+    box = UNIT_CUBE[:2]
     found = profile(two_hills, box, np.array([0.3, 0.5]))
     assert found.alpha[0] == pytest.approx(0.7, abs=1e-3)
     assert found.gain == pytest.approx(np.log(3.0), abs=0.01)

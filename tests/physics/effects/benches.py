@@ -1,7 +1,5 @@
 """Systems that effects are added to, and plausible measurements of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from itertools import islice

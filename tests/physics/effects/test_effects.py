@@ -1,7 +1,5 @@
 """Every effect at every kind of place: alone, on top of others, in some experiments only, and on robots."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, replace
 from itertools import islice, permutations
@@ -30,7 +28,9 @@ from tests.physics.effects.benches import (
     system,
     values,
 )
+from tests.physics.robot.mechanisms import CART
 from tests.physics.robot.mechanisms import system_of as robot_of
+from tests.physics.robot.test_motion import rates
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import extended, in_columns
@@ -40,7 +40,6 @@ from unmodelled.effects.law import Amplitude, Law, Shape, signed
 from unmodelled.effects.library import effects
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, Site
-from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.readings import readings
@@ -368,22 +367,13 @@ def test_an_inertia_at_a_joint_adds_to_the_mass_that_the_joint_feels() -> None:
     grown = added.system.with_values({dM: 0.02})
     larger = arm().with_values({"elbow_armature": 0.01 + 0.02})
     x, u = np.array([0.3, -0.4, 0.8, 1.0, -2.0, 0.5]), np.array([0.4, 1.0, 0.3])
-    found, wanted = (
-        Program.of(s, s.dynamics).evaluate(np.zeros(()), x, u, np.array(s.values), np.empty(0))
-        for s in (grown, larger)
-    )
-    assert found == pytest.approx(wanted, rel=1e-10)
-
-
-SLIDER = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>
-  <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></worldbody>
-  <actuator><motor name="drive" joint="rail"/></actuator></mujoco>"""
+    assert rates(grown, x[:3], x[3:], u) == pytest.approx(rates(larger, x[:3], x[3:], u), rel=1e-10)
 
 
 @pytest.mark.parametrize("mass", [0.05, 0.5, 1.0, 2.0, 4.0, 0.0071])
 @pytest.mark.parametrize("variant", ["", "with_weight"])
 def test_a_round_mobility_keeps_its_unit_in_the_file(mass: float, variant: str, tmp_path: Path) -> None:
-    given = robot_of(tmp_path, SLIDER.format(mass), "inputs: {u_drive: {}}\n")
+    given = robot_of(tmp_path, CART.format(mass))
     added = effect("inertia_error", variant).add(given, Place("port", "rail"), measured(given))
     system = with_numbers(added.system, [added], {"dM": 0.1 * mass})
     assert written_again(system, tmp_path) == system

@@ -1,7 +1,5 @@
 """Terms of the known physics: inputs that drive a port, its load, and springs between bodies."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

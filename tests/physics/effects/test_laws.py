@@ -1,7 +1,5 @@
 """What efforts do with power, and whether simulations with them stay finite."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

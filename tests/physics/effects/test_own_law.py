@@ -1,7 +1,5 @@
 """Laws of a user: formulas, units, places, files, packages."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path

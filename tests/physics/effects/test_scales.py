@@ -1,7 +1,5 @@
 """Sizes along measurements, and laws of temperatures: none has 0 K as its reference."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Systems as FMUs: run by FMPy, they are the free runs of this package, with delays and initial states."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,6 +15,7 @@ from fmpy.validation import validate_fmu
 
 from tests.machines.folders import system_of
 from tests.machines.known import SYSTEMS, Array, built_in
+from tests.physics.robot.mechanisms import CART
 from tests.physics.robot.mechanisms import system_of as robot_of
 from unmodelled import BadInput, System, write_fmu
 from unmodelled.__main__ import PROGRAM
@@ -47,17 +46,11 @@ def simulated(system: System, folder: Path, u: Array, start: Mapping[str, float]
     assert validate_fmu(str(file)) == []
     names = ["time", *(item.name for item in system.inputs)]
     held = np.rec.fromarrays([STEP * np.arange(len(u)), *u.T], names=names)
-    found = fmpy.simulate_fmu(
-        str(file),
-        start_values=dict(start),
-        input=held,
-        output=[item.name for item in system.outputs],
-        stop_time=STEP * (len(u) - 1),
-        output_interval=STEP,
-        step_size=STEP,
-        fmi_type="CoSimulation",
-    )
-    return np.stack([found[item.name] for item in system.outputs], 1)
+    shown = [item.name for item in system.outputs]
+    steps = {"stop_time": STEP * (len(u) - 1), "output_interval": STEP, "step_size": STEP}
+    given = {"start_values": dict(start), "input": held, "output": shown, "fmi_type": "CoSimulation"}
+    found = fmpy.simulate_fmu(str(file), **steps, **given)
+    return np.stack([found[name] for name in shown], 1)
 
 
 def variables(system: System, folder: Path) -> list[Any]:
@@ -136,10 +129,6 @@ def test_what_is_no_fmu_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert not list(tmp_path.iterdir())
 
 
-CART = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>
-  <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
-
-
 def test_a_constant_of_other_experiments_is_the_start_value(tmp_path: Path) -> None:
     listed = RC.replace("u_0: {unit: V}", "u_0: {unit: V, values: {run1: 0.1}, other: 0.4}")
     found = variables(system_of(listed, tmp_path), tmp_path)
@@ -147,7 +136,7 @@ def test_a_constant_of_other_experiments_is_the_start_value(tmp_path: Path) -> N
 
 
 def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> None:
-    system = robot_of(tmp_path, CART, "parameters: {cart_mass: {}}\n")
+    system = robot_of(tmp_path, CART.format(2), "parameters: {cart_mass: {}}\n")
     write_fmu(system, tmp_path / "cart.fmu")
     with pytest.raises(BadInput, match=r"cart\.mass would be -1 kg, which is never negative"):
         write_fmu(system.with_values({"cart_mass": -1.0}), tmp_path / "wrong.fmu")

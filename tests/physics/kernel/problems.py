@@ -1,22 +1,21 @@
 """Free runs of kernels next to those of the torch reference."""
 
-from __future__ import annotations
-
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from tests.machines.known import EMPTY, Array
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.rollout import Measured, rollout
 from unmodelled.learning.structures import physics_only
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Parameter, Port, State, System, symbol
 
-Array = NDArray[np.float64]
 Results = dict[str, Tensor]
 #: Euler and RK4, both holds, one to three substeps.
 INTEGRATIONS = (
@@ -76,18 +75,18 @@ def model(structure: Augmented, generator: np.random.Generator, batch: int = 2) 
     )
 
 
+def one_state(rate: sp.Expr) -> Augmented:
+    """x' = rate - F, with a parameter k."""
+    parts = {"parameters": (Parameter("k", "N", 1.0),), "ports": (Port("end", "F", "m/s", "x"),)}
+    made = replace(EMPTY, states=(State("x", "m"),), dynamics=(rate - symbol("F"),), **parts)
+    return Augmented(made, (), ("k",))
+
+
 def bare(system: System) -> Nnap:
     """The physics of a system alone, of which nothing is trained."""
     nothing = torch.empty(1, 0)
     structure = physics_only()(system, ()).structure
     return Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
-
-
-def one_run(u: Array, period: float, states: int = 2) -> Measured:
-    """One experiment with inputs (samples, inputs), whose states and constants are not measured."""
-    n = len(u)
-    x, t = np.zeros((n, states)), period * np.arange(n)
-    return Measured(x, u, t, np.empty((1, 0)), np.zeros(n, np.int64), np.array([0, n]))
 
 
 def by_kernel(given: Problem, member: int, how: Integration) -> Results:
@@ -99,19 +98,17 @@ def by_kernel(given: Problem, member: int, how: Integration) -> Results:
 
 def by_reference(given: Problem, member: int, how: Integration) -> Results:
     """The same by `Nnap.simulate`."""
-    data, starts = given.data, given.starts
     x0 = torch.tensor(given.x0, requires_grad=True)
-    u = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)])
-    c = torch.tensor(data.c[data.owner[starts]])
-    everywhere = (given.model.batch, len(starts))
-    X, Z = given.model.simulate(
-        x0.expand(*everywhere, -1),
-        u.expand(*everywhere, -1, -1),
-        torch.tensor(data.t[starts]),
-        c.expand(*everywhere, -1),
-        how,
-    )
+    X, Z = simulated(given, x0, how)
     return _results(given.model, member, x0, X[member], Z[member])
+
+
+def simulated(given: Problem, x0: Tensor, how: Integration) -> tuple[Tensor, Tensor]:
+    """Trajectories and efforts of all models of the stack."""
+    data, starts, everywhere = given.data, given.starts, (given.model.batch, len(given.starts))
+    u = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)]).expand(*everywhere, -1, -1)
+    c = torch.tensor(data.c[data.owner[starts]]).expand(*everywhere, -1)
+    return given.model.simulate(x0.expand(*everywhere, -1), u, torch.tensor(data.t[starts]), c, how)
 
 
 def _results(model: Nnap, member: int, x0: Tensor, X: Tensor, Z: Tensor) -> Results:

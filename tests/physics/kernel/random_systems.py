@@ -1,7 +1,5 @@
 """Systems drawn at random, over every function that a system file may use."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

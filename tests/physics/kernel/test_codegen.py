@@ -1,7 +1,5 @@
 """Generated code and its functions of one number compute what the symbolic equations say."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable
@@ -13,8 +11,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from tests.machines.known import EMPTY, Array
-from tests.physics.kernel.problems import assert_equal, problem
+from tests.machines.known import Array
+from tests.physics.kernel.problems import assert_equal, one_state, problem
 from tests.physics.kernel.random_systems import CORNERS, SMOOTH, random_structure
 from unmodelled.engine.compiled import scalars
 from unmodelled.engine.compiled.printer import ScalarPrinter
@@ -22,12 +20,12 @@ from unmodelled.engine.compiled.source import source
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.systems import functions as f
-from unmodelled.systems.model import TIME, Parameter, Port, State, symbol
+from unmodelled.systems.model import TIME, symbol
 from unmodelled.systems.operations import FUNCTIONS
 from unmodelled.systems.tables import Table
 
 SEEDS = range(10)
-x, p, F = symbol("x"), symbol("k"), symbol("F")
+x, p = symbol("x"), symbol("k")
 
 
 @pytest.mark.parametrize("seed", [*SEEDS[:3], *(pytest.param(k, marks=pytest.mark.long) for k in SEEDS[3:])])
@@ -47,18 +45,6 @@ def test_random_systems_use_every_function() -> None:
     theirs = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log"}
     ours = {"sgn", "step", "whole", "greater", "at_least", "equal", "absolute", "minimum", "maximum"}
     assert used == theirs | ours | {"select", "lookup"}
-
-
-def system(expression: sp.Expr) -> Augmented:
-    """x' = expression - F."""
-    made = replace(
-        EMPTY,
-        states=(State("x", "m"),),
-        parameters=(Parameter("k", "N", 1.0),),
-        ports=(Port("end", "F", "m/s", "x"),),
-        dynamics=(expression - F,),
-    )
-    return Augmented(made, (), ("k",))
 
 
 @pytest.mark.parametrize(
@@ -109,7 +95,7 @@ def test_tables_and_all_their_derivatives(kind: Literal["cubic", "linear"]) -> N
     value = f.lookup(0, x, 0)
     expressions = [sp.diff(value, x, order) for order in range(5)]
     terms = [sp.Rational(1, 2 + k) * e for k, e in enumerate(expressions)]
-    made = system(sum(terms, p * f.lookup(0, p * x, 0)))
+    made = one_state(sum(terms, p * f.lookup(0, p * x, 0)))
     structure = Augmented(replace(made.system, tables=(table,)), (), ("k",))
     given = problem(structure, windows=40, steps=2, period=0.001)
     assert given.x0.min() < -1.5 and given.x0.max() > 1.3
@@ -130,7 +116,7 @@ def test_tables_and_all_their_derivatives(kind: Literal["cubic", "linear"]) -> N
     ],
 )
 def test_odd_expressions(expression: sp.Expr) -> None:
-    given = problem(system(expression), windows=5, steps=2, period=0.02)
+    given = problem(one_state(expression), windows=5, steps=2, period=0.02)
     given.x0[:] = 0.3 + np.abs(given.x0)
     assert_equal(given, Integration(0.02, "rk4"))
 

@@ -1,7 +1,5 @@
 """Event times, compiled and by numpy: those of closed forms, of an adaptive integrator, and of each other."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import cache
@@ -97,11 +95,6 @@ def test_the_locked_shafts_of_the_clutch_turn_together() -> None:
     assert slip[~after].min() > 0.0
     np.testing.assert_allclose(slip[after], 0.0, atol=1e-5)
     assert np.abs(np.diff(found.x[0, 0, :, 3])).max() < 2.0
-
-
-def test_what_is_uncertain_is_a_multiple() -> None:
-    p = experiments.scaled_parameters(STONE, ("g",), np.array([[0.5], [2.0]]))
-    np.testing.assert_array_equal(p, [[4.5], [18.0]])
 
 
 UNCERTAIN = ("p_hc0", "z_p")

@@ -1,7 +1,5 @@
 """Kernels are generated once for every structure, and kept."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator
@@ -12,24 +10,18 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from tests.machines.known import EMPTY
+from tests.physics.kernel.problems import one_state
 from unmodelled.base.compiling import remove_doubtful
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled import compiled
 from unmodelled.engine.compiled.compiled import cache_folders, kernel
 from unmodelled.engine.compiled.structure import Augmented, Network
-from unmodelled.systems.model import Parameter, Port, State, symbol
+from unmodelled.systems.model import symbol
 from unmodelled.systems.tables import Table
 
 x, k, F = symbol("x"), symbol("k"), symbol("F")
-SYSTEM = replace(
-    EMPTY,
-    states=(State("x", "m"),),
-    parameters=(Parameter("k", "1/s", 2.0),),
-    ports=(Port("end", "F", "m/s", "x"),),
-    dynamics=(-k * x - F,),
-)
-DECAY = Augmented(SYSTEM, (), ("k",))
+DECAY = one_state(-k * x)
+SYSTEM = DECAY.system
 
 
 @pytest.fixture(autouse=True)

@@ -1,7 +1,5 @@
 """The register machine and NumPy functions compute what the symbolic equations say."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,7 +11,7 @@ from hypothesis import strategies as st
 
 from tests.machines.known import NAMES, Array, built_in, values_of
 from tests.measurements.systems import F, V, k, m, motor, omega, theta
-from tests.physics.kernel.problems import problem
+from tests.physics.kernel.problems import problem, simulated
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
@@ -106,15 +104,7 @@ def test_free_runs_equal_the_reference(seed: int, hold: float) -> None:
     sets = np.broadcast_to(values, (3, *values.shape))
     x0 = np.repeat(given.x0[:, None], 2, axis=1)
     found = free_run(program, windows, sets, data.c, x0, how)
-    inputs = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)])
-    constants = torch.tensor(data.c[data.owner[starts]])
-    expected, _ = given.model.simulate(
-        torch.tensor(given.x0).expand(2, -1, -1),
-        inputs.expand(2, -1, -1, -1),
-        torch.tensor(data.t[starts]),
-        constants.expand(2, -1, -1),
-        how,
-    )
+    expected, _ = simulated(given, torch.tensor(given.x0), how)
     np.testing.assert_allclose(found, expected.detach().transpose(0, 1).numpy(), rtol=1e-11, atol=1e-11)
 
 

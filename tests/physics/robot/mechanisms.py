@@ -1,7 +1,5 @@
 """Random robots as MJCF, and their motion by MuJoCo."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco
@@ -12,6 +10,9 @@ from unmodelled import System, read_system
 
 #: Terms that no equation here has, and that MuJoCo must then not have either.
 OFF = mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
+#: A carriage of some mass on a rail, which nothing drives but the torque of its joint.
+CART = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>
+  <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
 
 
 def system_of(folder: Path, robot: str, more: str = "", name: str = "robot.xml") -> System:

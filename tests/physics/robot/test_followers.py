@@ -1,7 +1,5 @@
 """Joints that follow others, and masses that no solid body has: equations, notes, refusals, free runs."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Accelerations of robots: closed forms, MuJoCo on random trees, derivatives, energy."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import mujoco
@@ -9,7 +7,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from tests.machines.known import runge_kutta
 from tests.physics.robot.mechanisms import OFF, forward, order_of, random_tree, system_of
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System, symbol
@@ -133,26 +130,3 @@ def test_derivatives_are_those_of_differences(tmp_path: Path) -> None:
         step = 1e-6 * np.eye(len(given))[known.index(s)]
         wanted = (at(value, given + step) - at(value, given - step)) / 2e-6
         assert found[:, k] == pytest.approx(wanted, rel=1e-5, abs=1e-6)
-
-
-def test_numpy_and_the_register_machine_agree(tmp_path: Path) -> None:
-    system = system_of(tmp_path, random_tree(5))
-    rng = np.random.default_rng(0)
-    x, u = rng.normal(size=(7, len(system.x))), rng.normal(size=(7, 4))
-    function = numpy_system_function(system, system.closed, efforts_zero=True)
-    program = Program.of(system, system.dynamics)
-    machine = program.evaluate(np.zeros(7), x, u, np.empty((7, 0)), np.empty((7, 0)))
-    assert function(0.0, x, u, None, np.empty(0), np.empty(0)) == pytest.approx(machine, rel=1e-11)
-
-
-def test_energy_stays_without_damping(tmp_path: Path) -> None:
-    system = system_of(tmp_path, DOUBLE, name="robot.urdf")
-    program, model = Program.of(system, system.dynamics), mujoco.MjModel.from_xml_string(DOUBLE)
-    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
-
-    def slope(t: float, x: np.ndarray) -> np.ndarray:
-        return program.evaluate(np.zeros(()), x, np.zeros(2), np.empty(0), np.empty(0))
-
-    path = runge_kutta(slope, np.array([2.5, -1.0, 0.0, 3.0]), 1e-3 * np.arange(2001))
-    before, after = (float(forward(model, x[:2], x[2:]).energy.sum()) for x in path[[0, -1]])
-    assert after == pytest.approx(before, rel=1e-8)

@@ -1,7 +1,5 @@
 """Robot files with other numbers, and supplements for what they lack: what MuJoCo makes of them."""
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ET
 from math import inf, pi

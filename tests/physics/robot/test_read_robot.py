@@ -1,7 +1,5 @@
 """System files with a robot: defaults, overrides, refusals, and what is written."""
 
-from __future__ import annotations
-
 import pickle
 from pathlib import Path
 

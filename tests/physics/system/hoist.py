@@ -1,7 +1,5 @@
 """A system file of a hoist that may be changed, and the complaint that reading a bad file ends with."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.machines.known import refusals

@@ -1,7 +1,5 @@
 """Events in system files: what they say, what is refused, and that they are written back."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Expressions: what they mean, what is refused, and that nothing takes long; also of random texts."""
 
-from __future__ import annotations
-
 import math
 import time
 from typing import Any

@@ -1,7 +1,5 @@
 """Units, the consistency of expressions, and ports of mechanics and of balances."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """What is written is read back as the same system, and equations are shown as they are meant."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
