@@ -47,27 +47,16 @@ _LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x", "y", "z"])
 
 @dataclass(frozen=True)
 class Channel:
-    """A signal in a unit.
-
-    Attributes:
-        signal: signal of the logs.
-        unit: unit of the scaled values.
-        certain: whether the file or the name gives the unit.
-        scale: factor of the logged values.
-        question: question on the scale; "": none but that on the unit, if it is not certain.
-    """
+    """A signal in a unit."""
 
     signal: Signal
-    unit: str
-    certain: bool
-    scale: float = 1.0
-    question: str = ""
+    unit: str  # of the scaled values
+    certain: bool  # file or name give the unit
+    scale: float = 1.0  # factor of the logged values
+    question: str = ""  # on the scale; "": none but that on the unit, if it is not certain
 
     def si(self, values: Array) -> Array:
-        """Convert logged values to SI units.
-
-        Takes values (samples,); gives (samples,).
-        """
+        """Convert logged values (samples,) to SI units."""
         _, logged = parse_logged(self.unit)
         return self.scale * values if logged is None else logged.to_si(self.scale * values)
 
@@ -85,10 +74,7 @@ def slope(position: Signal, other: Signal) -> Slope:
 
 
 def plain(signal: Signal) -> Array:
-    """Return the values of a position, unwrapped if it jumps by a turn.
-
-    Gives (samples,).
-    """
+    """Return the values (samples,) of a position, unwrapped if it jumps by a turn."""
     for turn in (2.0 * np.pi, 360.0):
         jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
         if jumps.any() and np.ptp(signal.values) < 1.01 * turn:

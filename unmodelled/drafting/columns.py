@@ -22,38 +22,23 @@ ROWS, VALUES = 20, 2
 
 @dataclass(frozen=True)
 class Timing:
-    """The clock of the logs.
+    """The clock of the logs."""
 
-    Attributes:
-        column: name of its column; None: the format has a clock, or there is none.
-        unit: unit of the column.
-        rate: rate that is assumed where there is no clock, Hz; None: there is one.
-        certain: whether the file or the name says so.
-    """
-
-    column: str | None = None
-    unit: str = "s"
-    rate: float | None = None
-    certain: bool = True
+    column: str | None = None  # None: the format has a clock, or there is none
+    unit: str = "s"  # of the column
+    rate: float | None = None  # assumed where there is no clock, Hz
+    certain: bool = True  # file or name say so
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A column that changes, in one experiment.
+    """A column that changes, in one experiment."""
 
-    Attributes:
-        address: name by which a mapping finds it, with the name that the file gives to an element of a list.
-        t: time of its values, shape (samples,), s.
-        values: values, shape (samples,), as logged.
-        unit: unit that file or name give; None: neither does.
-        role: probable role by its name or unit; None: neither tells.
-    """
-
-    address: str
-    t: Array
-    values: Array
-    unit: str | None
-    role: Role | None
+    address: str  # by which a mapping finds it, with the name of an element of a list
+    t: Array  # (samples,), s
+    values: Array  # (samples,), as logged
+    unit: str | None  # by file or name
+    role: Role | None  # by name or unit
 
     @property
     def rate(self) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.drafting.balances import NONE, PARTS, Balance, Fit, explained
+from unmodelled.drafting.balances import NONE, PARTS, Balance, StoreFit, explained
 from unmodelled.drafting.channels import SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import at, over
@@ -16,9 +16,7 @@ from unmodelled.logs.readers.reader import Array
 
 
 def coupled(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
-    """Return balances of which each column supplies but one; the others exchange with one that has
-    a supply.
-    """
+    """Return balances that share no supply; one without a supply exchanges with one that has a supply."""
     used = [supply.channel.signal.address for balance in balances for supply in balance.supplies]
     shared = {name for name in used if used.count(name) > 1}
     owners = [balance for balance in balances if shared & _names(balance)]
@@ -66,7 +64,9 @@ def _correlation(one: Channel, other: Channel) -> float:
     return float(np.corrcoef(a.values, at(a.t, b.t, b.values))[0, 1])
 
 
-def _fits(source: Balance, balance: Balance, signals: Sequence[Signal]) -> tuple[Fit, Fit, float] | None:
+def _fits(
+    source: Balance, balance: Balance, signals: Sequence[Signal]
+) -> tuple[StoreFit, StoreFit, float] | None:
     """Fits of a source and of a store beside it, and their exchange; None if values do not show them."""
     here = {signal.address: signal for signal in signals}
     channels = [source.level, balance.level, *(supply.channel for supply in source.supplies)]
@@ -87,9 +87,9 @@ def _fits(source: Balance, balance: Balance, signals: Sequence[Signal]) -> tuple
         return None
     size, exchange = 1.0 / float(gains[0]), -float(gains[-1] / gains[0])
     other = exchange / float(filled[0])
-    own = Fit(size, max(-float(gains[-2]) * size, 0.0), source.fit.outside, share, total)
+    own = StoreFit(size, max(-float(gains[-2]) * size, 0.0), source.fit.outside, share, total)
     loss = max(-float(filled[-1]) * other, 0.0)
-    return own, Fit(other, loss, source.fit.outside, part, whole), exchange
+    return own, StoreFit(other, loss, source.fit.outside, part, whole), exchange
 
 
 def _values(channel: Channel, here: dict[str, Signal], t: Array) -> Array:

@@ -18,21 +18,13 @@ from unmodelled.systems.robot.files import robot_text
 
 @dataclass(frozen=True)
 class FirstFiles:
-    """Drafted files, which are not written yet.
-
-    Attributes:
-        mapping: path of the mapping.
-        system: path of the system file.
-        logs: path that other verbs take as logs.
-        texts: contents by path: mapping, system file, and a copy of the robot file if it lies elsewhere.
-        table: table of the columns, to be printed.
-    """
+    """Drafted files, which are not written yet."""
 
     mapping: Path
     system: Path
-    logs: Path
-    texts: dict[Path, str]
-    table: str
+    logs: Path  # what other verbs take as logs
+    texts: dict[Path, str]  # by path, with a copy of a robot file that lies elsewhere
+    table: str  # of the columns, to be printed
 
 
 def first_files(logs: Path, robot: Path | None, system: Path | None, out: Path | None) -> FirstFiles:

@@ -40,27 +40,16 @@ ALIKE = 0.05
 
 @dataclass(frozen=True)
 class Joint:
-    """A moving position.
-
-    Attributes:
-        position: its position.
-        velocity: its speed; None: it is not logged.
-        drive: its drive; None: none is logged.
-        servo: whether `drive` is a commanded position.
-        fit: acceleration by `drive`, in SI units.
-        others: further columns that could drive it.
-        against: pressure of the other chamber, scaled by the ratio of the areas; None: there is none.
-        goal: commanded position beside a drive: a controller makes the drive from both; None: none is logged.
-    """
+    """A moving position."""
 
     position: Channel
     velocity: Channel | None
     drive: Channel | None
-    servo: bool
-    fit: Drive
-    others: tuple[Signal, ...]
-    goal: Signal | None = None
-    against: Channel | None = None
+    servo: bool  # the drive is a commanded position
+    fit: Drive  # acceleration by the drive, in SI units
+    others: tuple[Signal, ...]  # further columns that could drive it
+    goal: Signal | None = None  # commanded position beside a drive: a controller makes the drive from both
+    against: Channel | None = None  # pressure of the other chamber, scaled by the ratio of the areas
 
     @property
     def angular(self) -> bool:

@@ -39,21 +39,14 @@ def one_line(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is.
-
-    Examples:
-        >>> quoted("N m"), quoted("%"), quoted("yes"), quoted("a\\x1b: b")
-        ('N m', '"%"', '"yes"', '"a\\\\e: b"')
-    """
+    """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is."""
     if _PLAIN.fullmatch(text) and yaml.safe_load(text) == text:
         return text
     return str(yaml.dump(text, default_style='"', allow_unicode=True, width=sys.maxsize)).rstrip("\n")
 
 
 def identified(value: float, unit: str) -> str:
-    """Return an entry of an uncertain parameter between a tenth of a value and ten times it.
-
-    Takes value in SI.
+    """Return an entry of an uncertain parameter between a tenth of a value, in SI, and ten times it.
 
     Examples:
         >>> identified(0.02, "kg m^2")

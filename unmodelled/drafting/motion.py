@@ -16,60 +16,34 @@ SLOW = 0.02
 
 @dataclass(frozen=True)
 class Slope:
-    """Agreement of a column with the slope of a position.
-
-    Attributes:
-        correlation: correlation with the slope.
-        ratio: factor between the slope and the column.
-    """
+    """Agreement of a column with the slope of a position."""
 
     correlation: float
-    ratio: float
+    ratio: float  # factor between the slope and the column
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Acceleration of a position by an input: a*u - b*speed, and friction and gravity beside it.
+    """Acceleration of a position by an input: a*u - b*speed, and friction and gravity beside it."""
 
-    Attributes:
-        gain: a, acceleration per unit of the input.
-        damping: b, 1/s.
-        share: share of the squared acceleration without the input that the input explains.
-    """
-
-    gain: float
-    damping: float
-    share: float
+    gain: float  # a, acceleration per unit of the input
+    damping: float  # b, 1/s
+    share: float  # of the squared acceleration without the input that the input explains
 
 
 def at(t: Array, own: Array, values: Array) -> Array:
-    """Read values at other instants, by straight lines.
-
-    Takes t (samples,) in s, own (values,) in s, values (values,); gives (samples,).
-    """
+    """Read values (values,) of instants `own` at other instants t (samples,), by straight lines."""
     return np.asarray(np.interp(t, own, values))
 
 
 def span(t: Array) -> int:
-    """Return the number of samples over which a speed is averaged.
-
-    Takes t (samples,) in s.
-    """
+    """Return the number of samples over which a speed is averaged, for instants t (samples,), s."""
     step = float(np.median(np.diff(t)))
     return int(min(max(round(AVERAGED / step), FEWEST), len(t) // 4))
 
 
 def slope_of(t: Array, position: Array, column: Array) -> Slope:
-    """Compare a column with the slope of a position, both averaged over the same time.
-
-    Takes t (samples,) in s, position (samples,), column (samples,).
-
-    Examples:
-        >>> t = np.linspace(0.0, 5.0, 501)
-        >>> found = slope_of(t, np.sin(t), np.rad2deg(np.cos(t)))
-        >>> round(found.correlation, 3), round(found.ratio, 1)
-        (1.0, 57.3)
-    """
+    """Compare a column (samples,) with the slope of a position (samples,), averaged over the same time."""
     k = span(t)
     seconds = t[k:] - t[:-k]
     slope = (position[k:] - position[:-k]) / seconds
@@ -80,26 +54,15 @@ def slope_of(t: Array, position: Array, column: Array) -> Slope:
 
 
 def over(t: Array, values: Array, k: int) -> Array:
-    """Integrate values over k samples from every sample on.
-
-    Takes t (samples,) in s, values (samples,); gives (samples - k,).
-    """
+    """Integrate values (samples,) over k samples from every sample on, to (samples - k,)."""
     total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(t))])
     return np.asarray(total[k:] - total[:-k])
 
 
 def drive_of(t: Array, position: Array, u: Array) -> Drive:
-    """Fit the acceleration of a position by an input, beside damping, dry friction, gravity and a constant.
+    """Fit the acceleration of a position (samples,) by an input u, damping, dry friction and gravity.
 
     Speeds and accelerations are integrated, so that noise is not differentiated twice.
-
-    Takes t (samples,) in s, position (samples,), u (samples,).
-
-    Examples:
-        >>> t = np.linspace(0.0, 10.0, 2001)
-        >>> found = drive_of(t, np.sin(t), -0.5 * np.sin(t) + 0.2 * np.cos(t))  # J = 0.5, b = 0.2
-        >>> round(found.gain, 2), round(found.damping, 2), round(found.share, 2)
-        (2.0, 0.4, 1.0)
     """
     k = span(t)
     middle = 0.5 * (t[k:] + t[:-k])

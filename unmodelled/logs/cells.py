@@ -19,10 +19,7 @@ LARGEST = 1e100
 
 
 def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
-    """Return the finite numbers in a column of a data frame; dates and durations in `t` in s since the first.
-
-    Gives (rows,).
-    """
+    """Return the finite numbers (rows,) of a column of a frame; dates in `t` as s since the first one."""
     kind = column.dtype
     if name == "t" and (since := _since_first(column)) is not None:
         return since
@@ -65,10 +62,7 @@ def _number(cell: object) -> float | None:
 
 
 def check_finite(path: Path, column: str, values: Array) -> None:
-    """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
-
-    Takes values (samples,).
-    """
+    """Refuse numbers (samples,) of a file without a header that are not finite, or beyond any measurement."""
     bad = np.flatnonzero(~(np.abs(values) < LARGEST))
     if len(bad):
         cell = "an empty cell" if np.isnan(values[bad[0]]) else str(values[bad[0]])

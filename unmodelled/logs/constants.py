@@ -50,12 +50,7 @@ def with_constants(
 
 
 def is_given(constant: Constant, name: str) -> bool:
-    """Return whether the system file lists the value of an experiment.
-
-    Examples:
-        >>> is_given(Constant("wear", "N", {"run1": 0.1}), "run1.part2")
-        True
-    """
+    """Return whether the system file lists the value of an experiment, or of the log that it is a part of."""
     return _listed(constant, name) in (constant.values or ())
 
 

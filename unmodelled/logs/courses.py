@@ -16,36 +16,22 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Stretch:
-    """Successive experiments of one record, over which no number of the system changes.
+    """Successive experiments of one record, over which no number of the system changes."""
 
-    Attributes:
-        owner: number of the first of these experiments.
-        last: number of the last of these experiments.
-        start: filled sample at which the integration starts.
-        steps: number of filled samples that follow.
-    """
-
-    owner: int
-    last: int
-    start: int
-    steps: int
+    owner: int  # number of the first of them
+    last: int  # number of the last of them
+    start: int  # filled sample
+    steps: int  # filled samples that follow
 
 
 @dataclass(frozen=True, eq=False)
 class Courses:
-    """Samples of experiments with the gaps between the parts of a record filled by straight lines.
-
-    Attributes:
-        logs: logs of the experiments.
-        before: sample at or before every filled sample, shape (filled samples,).
-        share: share of the way from this sample to the next one, shape (filled samples,).
-        first: first filled sample of every experiment, shape (experiments,).
-    """
+    """Samples of experiments with the gaps between the parts of a record filled by straight lines."""
 
     logs: Measurements
-    before: Indices
-    share: Array
-    first: Indices
+    before: Indices  # (filled samples,), samples at or before them
+    share: Array  # (filled samples,), of the way to the next sample
+    first: Indices  # (experiments,), first filled samples
 
     @classmethod
     def of(cls, logs: Measurements) -> Courses:
@@ -61,10 +47,7 @@ class Courses:
         return cls(logs, before, number / count[before], starts + np.cumsum(missing))
 
     def filled(self, values: Array) -> Array:
-        """Return the filled samples of tables.
-
-        Takes values (tables * samples, columns); gives (tables * filled samples, columns).
-        """
+        """Return the filled samples of tables (tables * samples, columns), in the same shape."""
         samples, columns = len(self.logs.t), values.shape[1]
         if len(self.before) == samples:
             return values
@@ -74,10 +57,7 @@ class Courses:
         return between.reshape(-1, columns)
 
     def levels(self, runs: Iterable[int], numbers: Sequence[Array]) -> list[list[Stretch]]:
-        """Return the stretches that lead to some experiments, first those that start a record.
-
-        Takes numbers (experiments, ...).
-        """
+        """Return stretches of equal numbers (experiments, ...) to some experiments, first ones first."""
         levels: list[list[Stretch]] = []
         for record in self._records(set(runs)):
             changes = [i for i in record[1:] if any((a[i] != a[i - 1]).any() for a in numbers)]

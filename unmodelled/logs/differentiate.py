@@ -23,20 +23,11 @@ PLATEAU, PLATEAUS, LEVELS, AT_ONCE = 100.0, 10, 4, 2
 
 
 def noise(y: Array) -> float:
-    """Estimate the standard deviation of the white or quantisation noise on one smooth signal.
+    """Estimate the standard deviation of the white or quantisation noise on one smooth signal (samples,).
 
     Differences of order k remove a smooth signal and multiply the variance of white noise by C(2k, k). The
     order with the lowest estimate is taken; the median makes it robust to corners and jumps. A quantised
     signal has at least the noise of its quantum, quantum / sqrt(12).
-
-    Takes y (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> t = np.linspace(0.0, 1.0, 2000)
-        >>> y = np.sin(5.0 * t) + 0.01 * np.random.default_rng(0).standard_normal(2000)
-        >>> print(f"{noise(y):.3f}")
-        0.010
     """
     difference, estimates = np.diff(y), []
     for order in range(2, 9):
@@ -46,23 +37,12 @@ def noise(y: Array) -> float:
 
 
 def resolution(parts: Sequence[Array]) -> float:
-    """Return the smallest quantum that any experiment shows; 0 if there is none.
-
-    Takes parts (samples,).
-    """
+    """Return the smallest quantum that any of the experiments (samples,) shows; 0 if there is none."""
     return min(filter(None, map(quantum, parts)), default=0.0)
 
 
 def quantum(y: Array) -> float:
-    """Return the step that separates the levels of a visibly quantised signal; 0 if there is none.
-
-    Takes y (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> print(f"{quantum(np.round(np.sin(np.linspace(0.0, 6.0, 1000)), 1)):.3g}")
-        0.1
-    """
+    """Return the step between the levels of a visibly quantised signal (samples,); 0 if there is none."""
     levels = np.unique(y)
     rounding = max(1e-9 * float(levels[-1] - levels[0]), 4.0 * EPSILON * float(np.max(np.abs(levels))))
     step = 0.0
@@ -73,9 +53,7 @@ def quantum(y: Array) -> float:
 
 
 def _common_step(sizes: Array) -> float:
-    """Return the step of which nearly all sizes are whole multiples, about the smallest size; 0 if there is
-    none.
-    """
+    """The step of which nearly all sizes are whole multiples, about the smallest size; 0 if there is none."""
     if len(sizes) == 0:
         return 0.0
     step = float(np.median(sizes[sizes < 1.5 * sizes.min()]))
@@ -105,22 +83,13 @@ def _plateau_step(y: Array, rounding: float) -> float:
 
 
 def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tuple[Array, Array, int]:
-    """Estimate position and velocity from sampled positions by the filter of Savitzky and Golay.
+    """Estimate position and velocity from positions (samples,) by the filter of Savitzky and Golay.
 
     One width serves all experiments, so that the estimator is the same everywhere: the one with the smallest
     expected square error of the velocity, the noise that passes the filter plus the bias. The bias of a width
     shows in how far its velocity lies from that of half the width, beyond what the noise explains. The first
     and last samples of an experiment, where half a window is missing, have a width of their own, chosen in
     the same way for one-sided windows.
-
-    Takes y (samples,), offsets (experiments + 1,), period in s; gives (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> t = 0.01 * np.arange(200)
-        >>> _, velocity, _ = smooth_derivative(np.sin(t), np.array([0, 200]), 0.01)
-        >>> bool(np.abs(velocity - np.cos(t)).max() < 1e-3)
-        True
     """
     parts = [y[a:b] for a, b in pairwise(offsets)]
     some = parts[:: max(1, round(len(y) / ENOUGH))]

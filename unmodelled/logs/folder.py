@@ -167,10 +167,7 @@ def _logs(
 
 
 def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
-    """The log that a row names; refuse what does not lie in the folder, and what is not there.
-
-    Files that no row names are `spare`.
-    """
+    """The log that a row names, inside the folder; files that no row names are `spare`."""
     posix, windows = PurePosixPath(file), PureWindowsPath(file)
     where = f"{path}: row {row}: column file"
     if not file:

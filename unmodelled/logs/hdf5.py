@@ -46,15 +46,10 @@ PROVENANCE = "provenance"
 
 @dataclass(frozen=True)
 class Address:
-    """Place of an experiment.
-
-    Attributes:
-        file: file of any format.
-        group: path of a group of an HDF5 file; "" is the file itself.
-    """
+    """Place of an experiment."""
 
     file: Path
-    group: str = ""
+    group: str = ""  # path in an HDF5 file; "": the file itself
 
     @property
     def path(self) -> Path:
@@ -89,9 +84,7 @@ def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Fault
 
 
 def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows, dict[str, Any]]:
-    """Read which experiments an HDF5 file holds, one in every group, as a table of text like
-    experiments.csv.
-    """
+    """Read the experiments in the groups of an HDF5 file as a table of text like experiments.csv."""
     place = Address(path)
     with pool_of(1) as pool:
         groups, provenance = _result(pool.submit(_limited, _groups, place, place), place)
@@ -117,10 +110,7 @@ def write_hdf5(
     units: Mapping[str, str],
     provenance: Mapping[str, Any],
 ) -> None:
-    """Write a campaign as one HDF5 file, which `read_logs` takes in place of a log folder.
-
-    Takes samples (samples,).
-    """
+    """Write a campaign of samples (samples,) as one HDF5 file, which `read_logs` takes like a folder."""
     import h5py
 
     described = experiments.drop(columns="file", errors="ignore").to_dict("records")

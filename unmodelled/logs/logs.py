@@ -31,7 +31,31 @@ SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays
 class Logs(Measurements):
     """Measured experiments of one campaign, frozen, with the forms in which they are read and written.
 
-    The attributes, such as the outputs `y` and the inputs `u`, are those of `measurements.Measurements`.
+    The samples of all experiments stand one after the other: experiment `i` owns the rows
+    `offsets[i]:offsets[i + 1]`. Units are those of the system file.
+
+    Attributes:
+        outputs: names of the outputs, in the order of the columns of `y`.
+        inputs: names of the inputs, in the order of the columns of `u`.
+        states: names of the states, in the order of the columns of `x`.
+        constants: names of the constants of the operating point, in the order of the columns of `c`.
+        ids: names of the experiments.
+        experiments: table with `id`, `file`, `group` if there is one, the operating point and further
+            columns, a row per experiment.
+        period: sampling period, s.
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+        t: time since the start of the experiment, shape (samples,), s.
+        y: measured outputs, angles unwrapped, shape (samples, outputs).
+        u: inputs after `delays`, shape (samples, inputs).
+        c: constants of the operating points, shape (experiments, constants).
+        x: estimated states, shape (samples, states).
+        measured: True per state that an output shows, itself or its position.
+        notes: sentences on what was done to the data.
+        provenance: origin of the data; `data` is "measured" or "virtual".
+        delays: delays that `u` includes already, one per input, s; none where it is empty.
+        continues: experiment that every experiment continues, None where a record begins; empty where none
+            continues another. States that no output shows go on from there.
+        source: folder that the logs were read from, "" where there is none.
     """
 
     @classmethod
@@ -177,8 +201,5 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
 
 
 def as_logged(item: Logged, values: Array) -> Array:
-    """Return values of a signal in the unit of its column.
-
-    Takes values (any shape); gives (shape of the given).
-    """
+    """Return values (any shape) of a signal in the unit of its column."""
     return values if item.logged is None else item.logged.from_si(values)

@@ -38,13 +38,9 @@ from unmodelled.systems.model import System
 
 @dataclass(frozen=True)
 class Samples(Columns):
-    """Columns of an experiment whose rows were chosen from those of a file.
+    """Columns of an experiment whose rows were chosen from those of a file."""
 
-    Attributes:
-        numbers: number of every sample's row in the file, shape (samples,).
-    """
-
-    numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))
+    numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))  # (samples,), rows in the file
 
     def row(self, i: int) -> int:
         """Return the row of a sample in its file."""

@@ -25,21 +25,13 @@ SUBSTEPS = (4, 32)
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Integration of hidden states, driven by the inputs and then by what outputs show of the other states.
+    """Integration of hidden states, driven by inputs and by what outputs show of the other states."""
 
-    Attributes:
-        program: program of the register machine whose outputs are the hidden states.
-        initial: program whose outputs are the hidden states at the start of every experiment.
-        columns: inputs and other states, by number, that the two programs depend on.
-        hold: course of these between samples, see `Integration`.
-        names: names of the hidden states.
-    """
-
-    program: Program
-    initial: Program
-    columns: tuple[int, ...]
-    hold: tuple[float, ...]
-    names: tuple[str, ...]
+    program: Program  # its outputs are the hidden states
+    initial: Program  # its outputs are the hidden states at the start of every experiment
+    columns: tuple[int, ...]  # numbers of the inputs and other states that both programs depend on
+    hold: tuple[float, ...]  # course of these between samples, see `Integration`
+    names: tuple[str, ...]  # of the hidden states
 
     @classmethod
     def of(cls, system: System, shown: Sequence[Reading]) -> Observer:
@@ -87,12 +79,11 @@ class Observer:
     ) -> Array:
         """Integrate from the start of every record by the Runge-Kutta method of order four.
 
-        Inputs and imposed states run straight between samples; efforts are those of the known laws. A record
-        that was cut into experiments is integrated from its first sample, through the gaps between them. An
-        experiment whose record has no beginning in `logs` starts at its state in `logs`.
-
-        Takes driven (tables * samples, columns), shift (sets,), at (rows,), p (experiments, sets, parameters)
-        in SI, c (experiments, constants) in SI; gives (rows, sets, hidden states) in SI.
+        Inputs and imposed states, driven (tables * samples, columns), run straight between samples; efforts
+        are those of the known laws. A record that was cut into experiments is integrated from its first
+        sample, through the gaps between them. An experiment whose record has no beginning in `logs` starts at
+        its state in `logs`. Gives (rows, sets, hidden states) for p (experiments, sets, parameters) and
+        c (experiments, constants), all in SI.
         """
         courses = Courses.of(logs)
         levels = courses.levels(at[0].tolist(), [p[:, :, self.parameters], c])
@@ -108,11 +99,7 @@ class Observer:
     def shortly_before(
         self, windows: Windows, p: Array, c: Array, logs: Measurements, substeps: int = SUBSTEPS[0]
     ) -> Array:
-        """Integrate from samples at which the states are as at the start of a record, see `states`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI; gives (windows, sets,
-        hidden states) in SI.
-        """
+        """Integrate states (windows, sets, hidden states) over windows that start as records do."""
         x0, every = self._starts(windows, p, c), np.arange(len(windows.start))
 
         def along(steps: int) -> Array:

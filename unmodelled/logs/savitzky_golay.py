@@ -17,22 +17,12 @@ ORDER = 3
 
 
 def kernel(width: int, derivative: int, position: int) -> Array:
-    """Return the coefficients that a window of samples is convolved with.
-
-    Gives (width,).
-
-    Examples:
-        >>> kernel(5, 0, 2).round(3).tolist()
-        [-0.086, 0.343, 0.486, 0.343, -0.086]
-    """
+    """Return the coefficients (width,) that a window of samples is convolved with."""
     return np.array((_powers(width, derivative, position)[0] @ _fit(width))[::-1])
 
 
 def filtered(y: Array, width: int, derivative: int, period: float) -> Array:
-    """Return the smoothed samples or their derivative; half a window at either end lies on one cubic.
-
-    Takes y (samples,), period in s; gives (samples,).
-    """
+    """Return smoothed samples (samples,) or their slopes; half a window at either end lies on one cubic."""
     half, positions = width // 2, np.arange(width)
     first, last = (_fit(width) @ y[:width], _fit(width) @ y[-width:])
     parts = (

@@ -26,27 +26,16 @@ FEWEST_SMOOTH, SMOOTHER = 20, 0.5
 
 @dataclass(frozen=True)
 class Channel:
-    """An input or output of the system, and the signal of the files that it is.
+    """An input or output of the system, and the signal of the files that it is."""
 
-    Attributes:
-        name: name in the system file.
-        column: column of the log, by which the system reads it.
-        kind: course between samples: "cubic", "linear" or "hold".
-        signal: column of the files, with its unit.
-        item: the input or output.
-    """
-
-    name: str
-    column: str
-    kind: str
+    name: str  # in the system file
+    column: str  # of the log
+    kind: str  # between samples: "cubic", "linear" or "hold"
     signal: Signal
     item: Input | Output
 
     def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
-        """Return the values at the instants of rows of another column, in the unit of the system's column.
-
-        Takes t (all,) in s, rows (rows,); gives (rows,).
-        """
+        """Return values (rows,) at the instants t[rows] in the unit of the system, and how they were read."""
         found, raw = record.numbers(self.signal.column)
         values, how = self._converted(record, found, raw), ""
         if found.table is base.table:

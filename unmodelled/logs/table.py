@@ -30,21 +30,13 @@ SMALLEST = 1e-15
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of numbers of one file.
-
-    Attributes:
-        path: path of the file.
-        values: finite numbers by name of the column, each of shape (samples,).
-        header: True for a CSV file, which has a row with names.
-        first: number of the file's sample that is the first one here, default 0.
-        since: time since the last sample of the columns before, which these continue, s; None where a record
-            begins.
-    """
+    """Columns of numbers of one file."""
 
     path: Path
-    values: Mapping[str, Array]
-    header: bool
-    first: int = 0
+    values: Mapping[str, Array]  # (samples,) by name, finite
+    header: bool  # a CSV file, which has a row with names
+    first: int = 0  # number of the first sample here in the file
+    #: Time since the last sample of the log that this one continues, s; None: a record begins.
     since: float | None = field(default=None, kw_only=True)
 
     def __len__(self) -> int:
@@ -59,10 +51,7 @@ class Columns:
         return [number for number, line in enumerate(lines, 1) if line][i + 1]
 
     def between(self, start: float, end: float) -> Columns:
-        """Return the part of a log from one time to another.
-
-        Takes start in s, end in s.
-        """
+        """Return the part of a log from one time to another, s."""
         inside = np.flatnonzero((self.values["t"] >= start) & (self.values["t"] < end))
         return self.among(slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0))
 

@@ -9,26 +9,15 @@ from itertools import groupby
 
 @dataclass(frozen=True)
 class Finding:
-    """A fault of one channel in one run.
+    """A fault of one channel in one run."""
 
-    Attributes:
-        kind: name of the fault, such as "spikes".
-        channel: name of the channel in the system file.
-        run: id of the experiment.
-        count: number of samples, jumps or stretches.
-        first: time of the first one since the start of the run, s.
-        what: words for the fault, after the channel's name, with `{count}` for the number over all runs.
-        cure: words for what was done, a main clause; what to do where nothing was done.
-        cured: whether the look cured the fault, default True.
-    """
-
-    kind: str
-    channel: str
-    run: str
-    count: int
-    first: float
-    what: str
-    cure: str
+    kind: str  # such as "spikes"
+    channel: str  # name in the system file
+    run: str  # id of the experiment
+    count: int  # samples, jumps or stretches
+    first: float  # time of the first one since the start of the run, s
+    what: str  # after the channel's name, with {count} for the number over all runs
+    cure: str  # what was done, a main clause; what to do where nothing was done
     cured: bool = True
 
 

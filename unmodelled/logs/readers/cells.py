@@ -26,10 +26,7 @@ def is_list(cells: pd.Series) -> bool:
 
 
 def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], list[int]]:
-    """Return the columns of cells with lists of numbers, and the lengths of the lists.
-
-    Gives (rows,) and (rows,).
-    """
+    """Return the columns (rows,) of cells with lists of numbers, and the lengths of the lists."""
     rows = _plain_lists(cells) or [_list(cell) for cell in cells]
     lengths = [len(row) for row in rows]
     width = max(lengths)
@@ -43,12 +40,7 @@ def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], li
 
 
 def words(cell: str) -> tuple[str, ...]:
-    """Return the words in a cell with a list of them.
-
-    Examples:
-        >>> words("['hip', 'knee']"), words("[hip knee]")
-        (('hip', 'knee'), ('hip', 'knee'))
-    """
+    """Return the words in a cell with a list of them, such as "['hip', 'knee']" or "[hip knee]"."""
     inner = cell.strip("[]() ")
     parts = re.split(r"[,;]", inner) if re.search(r"[,;]", inner) else inner.split()
     return tuple(part.strip(" \t'\"") for part in parts[: ELEMENTS + 1])
@@ -73,10 +65,7 @@ def _list(cell: str) -> list[float]:
 
 
 def times(cells: pd.Series) -> Array | None:
-    """Return dates and times of day in s since the first one.
-
-    Gives (rows,) in s.
-    """
+    """Return dates and times of day in s (rows,) since the first one; None for other texts."""
     filled = cells[cells != ""]
     if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
         return None
@@ -112,10 +101,7 @@ def _since_first(cells: pd.Series) -> pd.Series | None:
 
 
 def numbers(cells: pd.Series, decimal: str) -> Array | None:
-    """Return numbers among other texts.
-
-    Gives (rows,).
-    """
+    """Return numbers (rows,) among other texts; None if most are other texts."""
     plain = cells.str.replace(",", ".") if decimal == "," else cells
     truths = {"true": "1", "false": "0"}
     plain = plain.str.lower().replace(truths).str.replace(r"(?<=\d)d(?=[-+\d])", "e", regex=True)

@@ -51,22 +51,15 @@ def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) ->
 
 @dataclass
 class Beside:
-    """Names and lengths of the lists in the rows of a table.
+    """Names and lengths of the lists in the rows of a table."""
 
-    Attributes:
-        names: words of the lists of names, by place, each of shape (rows,); default none.
-        lengths: numbers of elements of lists whose length changes, by place, each of shape (rows,); default
-            none: all others are as long as they have columns.
-    """
-
+    #: (rows,), words of the lists of names, by place.
     names: dict[str, Sequence[tuple[str, ...]]] = field(default_factory=dict)
+    #: (rows,) of lists whose length changes, by place.
     lengths: dict[str, Sequence[int]] = field(default_factory=dict)
 
     def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
-        """Return the names of the elements of lists in every row.
-
-        Gives (rows,) and (rows,).
-        """
+        """Return the names of the elements of lists in every row, and (rows,) whether they fit no list."""
         names = {place: rows for place, rows in self.names.items() if NAMING.fullmatch(_key(place))}
         if not names:
             return [()] * len(table), np.zeros(len(table), bool)
@@ -139,8 +132,6 @@ def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[st
     """Return the tables of a topic by name, with those of publishers that name the same things apart.
 
     Publishers that follow each other, such as a node that is started again, are one.
-
-    Takes labels (rows,), publishers (rows,).
     """
     rows: dict[str, list[int]] = {}
     for k, (publisher, names) in enumerate(zip(publishers, labels, strict=True)):
@@ -167,14 +158,6 @@ def by_name(table: Table, labels: Sequence[Labels]) -> list[Table]:
     If the names never change, elements keep their columns and get the names as further names. If the order of
     the names changes, there is a column for every name. Rows of different things, as of two publishers on one
     topic, become tables of their own.
-
-    Takes labels (rows,).
-
-    Examples:
-        >>> table = Table("", {"position[0]": np.array([1.0, 4.0]), "position[1]": np.array([2.0, 3.0])})
-        >>> rows = [(("position", ("hip", "knee")),), (("position", ("knee", "hip")),)]
-        >>> {name: column.tolist() for name, column in by_name(table, rows)[0].columns.items()}
-        {'position[hip]': [1.0, 3.0], 'position[knee]': [2.0, 4.0]}
     """
     named = [each for each in dict.fromkeys(labels) if each]
     groups = _sharing(named)
