@@ -26,7 +26,7 @@ from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.cells import check_finite
 from unmodelled.logs.recognition import refuse_missing
-from unmodelled.logs.table import Columns, Rows
+from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.units import parse_unit
 
 if TYPE_CHECKING:
@@ -83,7 +83,7 @@ def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Fault
     return found
 
 
-def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows, dict[str, Any]]:
+def read_campaign(path: Path, constants: Sequence[str]) -> tuple[TextTable, dict[str, Any]]:
     """Read the experiments in the groups of an HDF5 file as a table of text like experiments.csv."""
     place = Address(path)
     with pool_of(1) as pool:
@@ -100,7 +100,7 @@ def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows
         (row, [name, f"{path.name}:/{name}", *(attributes.get(key, "") for key in names)])
         for row, (name, attributes) in enumerate(groups.items(), start=1)
     ]
-    return ["id", "file", *names], rows, _origin(path, provenance)
+    return TextTable(path, ["id", "file", *names], rows), _origin(path, provenance)
 
 
 def write_hdf5(

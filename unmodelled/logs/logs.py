@@ -11,19 +11,22 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.campaign import Campaign
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.shapes import check_shape
+from unmodelled.logs.assembly import assembled, checked_in_si, units_of
+from unmodelled.logs.cells import frame_numbers
 from unmodelled.logs.constants import logged, with_constants
-from unmodelled.logs.frames import read_frames
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.measurements import Continued, Measurements, names
-from unmodelled.logs.table import check_texts
+from unmodelled.logs.recognition import refuse_missing
+from unmodelled.logs.table import Columns, TextTable, check_repeated, check_texts
 from unmodelled.systems.model import Logged, System
 
 Array = NDArray[np.float64]
 
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")
+ORIGIN = {"data": "measured", "description": "data frames"}
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
@@ -84,7 +87,14 @@ class Logs(Measurements):
             inputs: torque
             note: omega was estimated from theta by smoothing differentiation over 21 samples
         """
-        return read_frames(cls, frames, system, experiments)
+        table, faults, logs = _table(list(frames), experiments), Faults(), []
+        if frames:
+            refuse_missing("experiments: row 1", "the table", table.header, logged(system))
+        for name, frame in frames.items():
+            with faults.collected():
+                log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
+                logs.append(checked_in_si(log, system))
+        return assembled(cls, system, table, logs, ORIGIN, faults)
 
     def write(self, folder: Path) -> None:
         """Write a store that `read_logs` reads back exactly.
@@ -158,9 +168,10 @@ class Logs(Measurements):
             .T.copy()
             for kind, group in zip("yu", (outputs, inputs), strict=True)
         )
+        continues = tuple(Continued(*each) if each else None for each in header.get("continues", ()))
         return cls.without_states(
             system,
-            experiments=table,
+            table,
             period=header["period"],
             offsets=store.offsets,
             t=np.asarray(store.signals["t"], np.float64),
@@ -170,7 +181,7 @@ class Logs(Measurements):
             provenance=provenance,
             # a store that does not say after which delays its inputs act was written for this system
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
-            continues=tuple(Continued(*each) if each else None for each in header.get("continues", ())),
+            continues=continues if any(continues) else (),
         )
 
 
@@ -203,3 +214,37 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
 def as_logged(item: Logged, values: Array) -> Array:
     """Return values (any shape) of a signal in the unit of its column."""
     return values if item.logged is None else item.logged.from_si(values)
+
+
+def _table(ids: list[str], experiments: pd.DataFrame | None) -> TextTable:
+    """The table of data frames as experiments.csv would be; the files are the ids."""
+    if experiments is not None and (unknown := set(ids) ^ set(experiments.index)):
+        raise BadInput(
+            f"experiments: its index and the frames must have the same ids; {min(unknown)!r} is in one only"
+        )
+    more = [] if experiments is None else [name for name in experiments.columns if name not in ("id", "file")]
+    rows = []
+    for row, name in enumerate(ids, start=2):
+        cells = [] if experiments is None else experiments.loc[name, more].tolist()
+        rows.append((row, [str(cell).strip() for cell in (name, name, *cells)]))
+    return TextTable(Path("experiments"), ["id", "file", *map(str, more)], rows)
+
+
+def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
+    """Return the wanted columns of a frame; `path` is its name in messages."""
+    frame = _with_time(frame)
+    names = [str(name) for name in frame.columns]
+    check_repeated(path, names)
+    refuse_missing(f"{path}: row 1", "the frame", names, wanted)
+    faults, values = Faults(), {}
+    for name in wanted:
+        with faults.collected():
+            values[name] = frame_numbers(path, name, frame.iloc[:, names.index(name)])
+    faults.check()
+    return Columns(path, values, header=False)
+
+
+def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the frame with a column t: its index stands for a missing one, unless it only counts rows."""
+    counts = pd.api.types.is_integer_dtype(frame.index.dtype)
+    return frame if "t" in frame.columns or counts else frame.assign(t=frame.index)

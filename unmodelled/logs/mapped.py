@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from unmodelled.base.errors import BadInput, Faults, closest
-from unmodelled.logs.assembly import assembled, check_log, in_si
+from unmodelled.logs.assembly import assembled, checked_in_si
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
@@ -32,25 +32,14 @@ from unmodelled.logs.record import (
     parts_of,
 )
 from unmodelled.logs.signals import Channel, channels_of
-from unmodelled.logs.table import Columns
+from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
-
-
-@dataclass(frozen=True)
-class Samples(Columns):
-    """Columns of an experiment whose rows were chosen from those of a file."""
-
-    numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))  # (samples,), rows in the file
-
-    def row(self, i: int) -> int:
-        """Return the row of a sample in its file."""
-        return int(self.numbers[min(i, len(self.numbers) - 1)]) if len(self.numbers) else 1
 
 
 @dataclass(frozen=True)
 class _Experiment:
     name: str
-    log: Samples
+    log: Columns
     described: Mapping[str, str]
 
 
@@ -77,17 +66,14 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     logs: list[Columns] = []
     for experiment in found:
         with faults.collected():
-            check_log(experiment.log, system)
-            logs.append(in_si(experiment.log, system))
-    header = ["id", "file", *mapping.constants]
-    rows = [
-        (row, [each.name, str(each.log.path), *each.described.values()])
-        for row, each in enumerate(found, start=1)
-    ]
-    if not rows:
+            logs.append(checked_in_si(experiment.log, system))
+    if not found:
         faults.check()
+    cells = ([each.name, str(each.log.path), *each.described.values()] for each in found)
+    header = ["id", "file", *mapping.constants]
+    table = TextTable(Path(f"{path}: experiments"), header, list(enumerate(cells, start=1)))
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
-    logs_of = assembled(Logs, system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
+    logs_of = assembled(Logs, system, table, logs, origin, faults)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 
@@ -194,7 +180,7 @@ def _split(
 
 def _log(
     record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Rows, told: Counter[str]
-) -> Samples:
+) -> Columns:
     """The signals of one experiment at the instants of the first one."""
     others = [channel.series(record, base, t, rows) for channel in channels]
     inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
@@ -208,15 +194,15 @@ def _log(
     values = {"t": from_start(t[rows][inside])}
     values |= {c.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
     place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
-    return Samples(place, values, False, 0, base.table.numbered(rows[inside]))
+    return Columns(place, values, header=False, rows=base.table.numbered(rows[inside]))
 
 
-def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> list[tuple[str, Samples]]:
+def _cut(name: str, log: Columns, length: float | None, told: Counter[str]) -> list[tuple[str, Columns]]:
     """Parts of equal length, without a rest that is too short for an experiment."""
     t = log.values["t"]
     if length is None or t[-1] < 2.0 * length:
         return [(name, log)]
-    parts = list[tuple[str, Samples]]()
+    parts = list[tuple[str, Columns]]()
     with np.errstate(over="ignore", invalid="ignore"):
         end, part = -np.inf, np.floor(t / length + 1e-9)
         edges = np.flatnonzero(np.diff(part)) + 1
@@ -224,10 +210,9 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
         if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
             _tell(told, "rests of less than half the length of a cut, left out", 1)
             continue
-        values = {key: column[rows] for key, column in log.values.items()}
-        values["t"] = values["t"] - values["t"][0]
+        cut = log.among(slice(rows[0], rows[-1] + 1))
         since, end = t[rows[0]] - end if parts else None, t[rows[-1]]
-        cut = replace(log, values=values, numbers=log.numbers[rows], since=since)
+        cut = replace(cut, values={**cut.values, "t": t[rows] - t[rows[0]]}, since=since)
         parts.append((f"{name}-{int(part[rows[0]]) + 1}", cut))
     if not parts:
         raise BadInput(

@@ -133,43 +133,15 @@ class Measurements:
         )
 
     @classmethod
-    def without_states(
-        cls,
-        system: System,
-        *,
-        experiments: pd.DataFrame,
-        period: float,
-        offsets: NDArray[np.int64],
-        t: Array,
-        y: Array,
-        u: Array,
-        notes: tuple[str, ...],
-        provenance: Mapping[str, Any],
-        delays: tuple[float, ...] = (),
-        continues: tuple[Continued | None, ...] = (),
-    ) -> Self:
+    def without_states(cls, system: System, experiments: pd.DataFrame, t: Array, **others: Any) -> Self:
         """Return measurements in the units of the system file, without states: see `preparation.prepare`.
 
-        `experiments` has a row each with `id` and operating point; u (samples, inputs) acts after `delays`.
+        Has times t (samples,), and a row of `experiments` each with `id` and operating point.
         """
         outputs, inputs, _, constants = names(system)
-        return cls(
-            *(outputs, inputs, (), constants),
-            ids=tuple(experiments["id"]),
-            experiments=experiments,
-            period=period,
-            offsets=offsets,
-            t=t,
-            y=y,
-            u=u,
-            c=experiments[list(constants)].to_numpy(np.float64),
-            x=np.empty((len(t), 0)),
-            measured=(),
-            notes=notes,
-            provenance=provenance,
-            delays=delays or (0.0,) * len(inputs),
-            continues=continues if any(continues) else (),
-        )
+        c = experiments[list(constants)].to_numpy(np.float64)
+        own = {"ids": tuple(experiments["id"]), "c": c, "x": np.empty((len(t), 0)), "measured": ()}
+        return cls(outputs, inputs, (), constants, experiments=experiments, t=t, **own, **others)
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:
