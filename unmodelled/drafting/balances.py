@@ -10,10 +10,9 @@ import numpy as np
 from unmodelled.drafting.channels import BARS, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
-from unmodelled.drafting.motion import at, over
+from unmodelled.drafting.motion import at, explained, over
 from unmodelled.drafting.names import Role, is_command, number_of, words_of
 from unmodelled.drafting.units import dimension_of
-from unmodelled.logs.readers.reader import Array
 from unmodelled.systems.units import Dimension
 
 #: Levels of a first model, and supplies of one.
@@ -22,8 +21,6 @@ MOST, SUPPLIES = 6, 3
 STILL = 0.02
 #: Share of the changes of a level that supplies must explain: for their signs and the size of the store.
 EXPLAINED = 0.1
-#: Share of squares that is rounding.
-EXACT = 1e-12
 #: Parts of a record over which changes of a level are taken.
 PARTS = 60
 #: Words of a level that surrounds others, and of what leaves a store.
@@ -69,6 +66,11 @@ class Balance:
     goal: Signal | None  # set point of the level
     source: str | None = None  # level of the store that fills this one, where no supply is logged
     exchange: float = 0.0  # with that store for one SI unit between the levels; 0: not shown
+
+    @property
+    def names(self) -> set[str]:
+        """Addresses of the supplies."""
+        return {supply.channel.signal.address for supply in self.supplies}
 
     @property
     def fitted(self) -> bool:
@@ -130,8 +132,8 @@ def _balance(
     beside = None if around is None else level_channel(around)
     tried = [_tried(kind, channel, beside, levels, signals) for signals in experiments]
     known = [each for each in tried if each is not None]
-    names = max(({s.channel.signal.address for s in each.supplies} for each in known), key=len, default=set())
-    same = [each for each in known if {s.channel.signal.address for s in each.supplies} == names]
+    names = max((each.names for each in known), key=len, default=set())
+    same = [each for each in known if each.names == names]
     return max(same, key=lambda each: each.fit.share)
 
 
@@ -249,20 +251,3 @@ def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
 
 def _is_out(channel: Channel) -> bool:
     return bool({*_OUT.split()} & {*words_of(channel.signal.address)})
-
-
-def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float, float]:
-    """Return factors (columns,) of changes (changes,) by least squares, and explained shares of squares."""
-    columns = np.column_stack([*wanted, *beside])
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0.0] = 1.0
-    found, *_ = np.linalg.lstsq(columns / scale, changes, rcond=1e-8)
-    n = len(wanted)
-    others = columns[:, n:] / scale[n:]
-    without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
-    rest = float(np.sum((changes - others @ without) ** 2))
-    left = float(np.sum((changes - columns / scale @ found) ** 2))
-    squares = float(changes @ changes)
-    # nothing is left to explain where the others are exact: current and voltage of a resistor
-    share = 1.0 - left / rest if rest > EXACT * squares else 0.0
-    return np.asarray(found / scale), share, 1.0 - left / (squares or np.inf)

@@ -16,6 +16,9 @@ from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 TIMES, USUAL, SLOW = ("s", "ms", "us", "ns"), 100.0, 1.0
 #: Quantities of machines that move.
 _MOVING = frozenset([Role.POSITION, Role.VELOCITY, Role.EFFORT, Role.GOAL])
+#: Quantities that change slowly.
+_SLOW = frozenset([Role.TEMPERATURE, Role.LEVEL, Role.PRESSURE, Role.CHARGE])
+_SLOW |= {Role.FLOW, Role.VOLTAGE, Role.POWER}
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
 
@@ -69,16 +72,7 @@ def timing_of(tables: Sequence[Table]) -> Timing:
 def _usual(table: Table) -> float:
     """Sampling rate that the quantities of a table are usually logged at, Hz."""
     roles = {meaning_of(name, table.units.get(name)).role for name in table.columns}
-    slow = roles & {
-        Role.TEMPERATURE,
-        Role.LEVEL,
-        Role.PRESSURE,
-        Role.CHARGE,
-        Role.FLOW,
-        Role.VOLTAGE,
-        Role.POWER,
-    }
-    return SLOW if slow and not roles & _MOVING else USUAL
+    return SLOW if roles & _SLOW and not roles & _MOVING else USUAL
 
 
 def _likeness(table: Table, name: str) -> float:

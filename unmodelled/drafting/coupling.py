@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.drafting.balances import NONE, PARTS, Balance, StoreFit, explained
+from unmodelled.drafting.balances import NONE, PARTS, Balance, StoreFit
 from unmodelled.drafting.channels import SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.motion import at, over
+from unmodelled.drafting.motion import at, explained, over
 from unmodelled.drafting.units import dimension_of
 from unmodelled.logs.readers.reader import Array
 
@@ -19,19 +19,15 @@ def coupled(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]
     """Return balances that share no supply; one without a supply exchanges with one that has a supply."""
     used = [supply.channel.signal.address for balance in balances for supply in balance.supplies]
     shared = {name for name in used if used.count(name) > 1}
-    owners = [balance for balance in balances if shared & _names(balance)]
+    owners = [balance for balance in balances if shared & balance.names]
     drafts = [_linked([_owned(each, owner, shared) for each in balances], experiments) for owner in owners]
     scores = [sum(balance.fit.total for balance in draft) for draft in drafts]
     return drafts[int(np.argmax(scores))] if drafts else _linked(balances, experiments)
 
 
-def _names(balance: Balance) -> set[str]:
-    return {supply.channel.signal.address for supply in balance.supplies}
-
-
 def _owned(balance: Balance, owner: Balance, shared: Set[str]) -> Balance:
     """A balance without the supplies that another one has."""
-    if balance is owner or not shared & _names(balance):
+    if balance is owner or not shared & balance.names:
         return balance
     others = (*(supply.channel.signal for supply in balance.supplies), *balance.others)
     return replace(balance, supplies=(), fit=NONE, others=others)
@@ -42,7 +38,8 @@ def _linked(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]
     sources = [each for each in balances if each.supplies and each.kind.loses and not each.kind.turns]
     found = {id(balance): balance for balance in balances}
     for balance in balances:
-        alike = [each for each in sources if _same_dimension(each, balance)]
+        dimension = dimension_of(balance.level.unit)
+        alike = [each for each in sources if dimension_of(each.level.unit) == dimension]
         if balance.supplies or not alike:
             continue
         source = max(alike, key=lambda each: abs(_correlation(each.level, balance.level)))
@@ -53,10 +50,6 @@ def _linked(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]
         address = source.level.signal.address
         found[id(balance)] = replace(balance, fit=other, source=address, exchange=exchange)
     return [found[id(balance)] for balance in balances]
-
-
-def _same_dimension(one: Balance, other: Balance) -> bool:
-    return dimension_of(one.level.unit) == dimension_of(other.level.unit)
 
 
 def _correlation(one: Channel, other: Channel) -> float:

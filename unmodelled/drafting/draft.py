@@ -114,9 +114,8 @@ def draft_of(logs: Path) -> Draft:
 def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[Balance]]:
     """The moving positions of a machine; the balances of one that has none."""
     roles = {signal.role for signals in experiments for signal in signals}
-    filled = any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK)) and not roles & FORCES - {
-        Role.DUTY
-    }
+    acting = roles & (FORCES - {Role.DUTY})
+    filled = not acting and any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK))
     balances = coupled(balances_of(experiments), experiments) if filled or Role.POSITION not in roles else []
     return [] if balances else joints_of(experiments), balances
 

@@ -15,21 +15,7 @@ from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.record import in_groups, parts_of_name
 
 #: Endings of files that lie beside logs and are none.
-OTHERS = (
-    ".yaml",
-    ".yml",
-    ".md",
-    ".xml",
-    ".urdf",
-    ".pdf",
-    ".png",
-    ".jpg",
-    ".svg",
-    ".py",
-    ".m",
-    ".mp4",
-    ".stl",
-)
+_OTHERS = "yaml yml md xml urdf pdf png jpg svg py m mp4 stl"
 #: JSON files that describe a data set.
 DESCRIPTIONS = ("info.json", "stats.json", "tasks.json", "provenance.json", "package.json")
 #: Files that are looked into, and files or folders below a folder that are looked at.
@@ -126,7 +112,7 @@ def _places(folder: Path) -> list[Path]:
         path
         for path in entries
         if path.is_file()
-        and path.suffix.lower() not in OTHERS
+        and path.suffix.lower().removeprefix(".") not in _OTHERS.split()
         and path.name not in (*DESCRIPTIONS, "experiments.csv", MAPPING)
         and not any(bag in path.parents for bag in bags)
     ]

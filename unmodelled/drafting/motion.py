@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from unmodelled.logs.readers.reader import Array
 
 #: Time over which a speed is averaged and an acceleration is integrated, s, and the fewest samples for it.
 AVERAGED, FEWEST = 0.05, 2
+#: Share of squares that is rounding.
+EXACT = 1e-12
 #: Speed below which dry friction is not of one sign, as a share of the largest.
 SLOW = 0.02
 
@@ -59,6 +62,28 @@ def over(t: Array, values: Array, k: int) -> Array:
     return np.asarray(total[k:] - total[:-k])
 
 
+def explained(
+    changes: Array, wanted: Sequence[Array], beside: Sequence[Array], exact: float = EXACT
+) -> tuple[Array, float, float]:
+    """Return factors (columns,) of changes (changes,) by least squares, and explained shares of squares.
+
+    The first share is of what the columns beside leave, 0 where that is a share `exact` of all, or less.
+    """
+    columns = np.column_stack([*wanted, *beside])
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    found, *_ = np.linalg.lstsq(columns / scale, changes, rcond=1e-8)
+    n = len(wanted)
+    others = columns[:, n:] / scale[n:]
+    without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
+    rest = float(np.sum((changes - others @ without) ** 2))
+    left = float(np.sum((changes - columns / scale @ found) ** 2))
+    squares = float(changes @ changes)
+    # nothing is left to explain where the others are exact: current and voltage of a resistor
+    share = 1.0 - left / rest if rest > exact * squares else 0.0
+    return np.asarray(found / scale), share, 1.0 - left / (squares or np.inf)
+
+
 def drive_of(t: Array, position: Array, u: Array) -> Drive:
     """Fit the acceleration of a position (samples,) by an input u, damping, dry friction and gravity.
 
@@ -73,13 +98,6 @@ def drive_of(t: Array, position: Array, u: Array) -> Drive:
     if len(middle) < 4 * n:
         return Drive(0.0, 0.0, 0.0)
     beside = [speed, sign, np.sin(q), np.cos(q), np.ones_like(q)]
-    columns = np.column_stack([over(middle, each, n) for each in (drive, *beside)])
-    gained = speed[n:] - speed[:-n]
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0.0] = 1.0
-    found, *_ = np.linalg.lstsq(columns / scale, gained, rcond=1e-8)
-    without, *_ = np.linalg.lstsq(columns[:, 1:] / scale[1:], gained, rcond=1e-8)
-    rest = float(np.sum((gained - columns[:, 1:] / scale[1:] @ without) ** 2))
-    left = float(np.sum((gained - columns / scale @ found) ** 2))
-    gain, damping = found[:2] / scale[:2]
-    return Drive(float(gain), float(-damping), 1.0 - left / rest if rest > 0.0 else 0.0)
+    first, *others = (over(middle, each, n) for each in (drive, *beside))
+    (gain, damping, *_), share, _ = explained(speed[n:] - speed[:-n], [first], others, exact=0.0)
+    return Drive(float(gain), float(-damping), share)

@@ -54,12 +54,7 @@ def known_unit(text: str | None) -> str | None:
 
 
 def bracketed(name: str) -> str | None:
-    """Return the unit in brackets at the end of a name; None if there is none.
-
-    Examples:
-        >>> bracketed("speed [rpm]"), bracketed("pump (%)"), bracketed("state[hip.pos]"), bracketed("q[3]")
-        ('rpm', '%', None, None)
-    """
+    """Return the unit in brackets at the end of a name; None if there is none, as in `q[3]`."""
     found = _BRACKET.search(name)
     return known_unit(found[1]) if found else None
 
@@ -98,9 +93,14 @@ def dimension_of(unit: str) -> Dimension:
     return parse_logged(unit)[0].dimension
 
 
+def si_unit(unit: str) -> str:
+    """Return the SI unit of a known unit, as it is written."""
+    return parse_logged(unit)[0].text or "1"
+
+
 def is_angle(unit: str) -> bool:
     """Return whether a unit without a dimension is that of an angle."""
-    return dimension_of(unit) == ONE and parse_logged(unit)[0].text == "rad"
+    return dimension_of(unit) == ONE and si_unit(unit) == "rad"
 
 
 def is_position(unit: str) -> bool:
