@@ -25,8 +25,7 @@ from unmodelled.logs.clock import (
     uniform_clock,
 )
 from unmodelled.logs.constants import logged, part_name, with_constants
-from unmodelled.logs.inspection.finding import sentences
-from unmodelled.logs.inspection.inspect import inspected
+from unmodelled.logs.inspection.inspect import inspected, sentences
 from unmodelled.logs.measurements import Continued, M
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
@@ -113,7 +112,8 @@ def _without_gaps(
             moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, pieces, system)]
             if not moving:
                 raise BadInput(f"{log.path}: column t: gaps leave no part in which an output changes")
-            found += [moving[0], *(_after(a, b) for a, b in pairwise(moving))]
+            since = [float(b.values["t"][0] - a.values["t"][-1]) for a, b in pairwise(moving)]
+            found += [moving[0], *(replace(b, since=s) for b, s in zip(moving[1:], since, strict=True))]
             rows += [row] * len(moving)
             ids += [name] if len(pieces) == 1 else [part_name(name, k) for k in range(1, len(moving) + 1)]
             if len(pieces) > 1:
@@ -129,11 +129,6 @@ def _without_gaps(
                 )
     faults.check()
     return experiments.iloc[rows].assign(id=ids), found, notes
-
-
-def _after(before: Columns, piece: Columns) -> Columns:
-    """A piece of a log with the time since the one before."""
-    return replace(piece, since=float(piece.values["t"][0] - before.values["t"][-1]))
 
 
 def _moving(piece: Columns, pieces: Sequence[Columns], system: System) -> bool:

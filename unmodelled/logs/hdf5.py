@@ -215,14 +215,19 @@ def _check_dataset(place: Path, name: str, dataset: h5py.Dataset, unit: str) -> 
     if dataset.dtype.kind not in "fiu" or max(dataset.shape or (0,)) != math.prod(dataset.shape or (1,)):
         found = f"shape {dataset.shape} of {dataset.dtype}"[:80]
         raise BadInput(f"{where}: must be a column of numbers, got {found}")
-    plan = dataset.id.get_create_plist()
     if dataset.is_virtual or dataset.external:
         raise BadInput(f"{where}: its data lie in another file: store a copy of the data instead")
-    if any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters())):
+    if needs_plugin(dataset):
         raise BadInput(f"{where}: needs a plug-in to be unpacked: compress it with gzip")
     for own in (_text(dataset.attrs[key]) for key in ("unit", "units") if key in dataset.attrs):
         if own is not None and own.strip() != unit.strip():
             _check_unit(where, own, unit)
+
+
+def needs_plugin(dataset: h5py.Dataset) -> bool:
+    """Return whether a dataset is packed by a filter of others."""
+    plan = dataset.id.get_create_plist()
+    return any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters()))
 
 
 def _check_unit(where: str, found: str, unit: str) -> None:

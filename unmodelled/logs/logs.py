@@ -14,13 +14,13 @@ from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.assembly import assembled, checked_in_si, units_of
-from unmodelled.logs.cells import frame_numbers
+from unmodelled.logs.cells import frame_columns
 from unmodelled.logs.constants import logged, with_constants
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.measurements import Continued, Measurements, names
 from unmodelled.logs.recognition import refuse_missing
 from unmodelled.logs.table import Columns, TextTable, check_repeated, check_texts
-from unmodelled.systems.model import Logged, System
+from unmodelled.systems.model import Input, Logged, Output, System
 
 Array = NDArray[np.float64]
 
@@ -134,14 +134,12 @@ class Logs(Measurements):
             raise BadInput(
                 f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
             )
-        columns = {"t": self.t}
-        columns |= {o.column: as_logged(o, self.y[:, j]) for j, o in enumerate(system.outputs)}
-        columns |= {i.column: as_logged(i, self.u[:, j]) for j, i in enumerate(system.inputs)}
-        units = {o.column: o.column_unit for o in system.outputs}
-        units |= {i.column: i.column_unit for i in system.inputs}
+        items: list[Output | Input] = [*system.outputs, *system.inputs]
+        signals = zip(items, (*self.y.T, *self.u.T), strict=True)
+        columns = {"t": self.t, **{item.column: as_logged(item, values) for item, values in signals}}
         samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
         given = {c.name: as_logged(c, self.experiments[c.name].to_numpy()) for c in system.operating_point}
-        write_hdf5(path, self.experiments.assign(**given), samples, {"t": "s", **units}, self.provenance)
+        write_hdf5(path, self.experiments.assign(**given), samples, units_of(system), self.provenance)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
@@ -236,12 +234,8 @@ def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
     names = [str(name) for name in frame.columns]
     check_repeated(path, names)
     refuse_missing(f"{path}: row 1", "the frame", names, wanted)
-    faults, values = Faults(), {}
-    for name in wanted:
-        with faults.collected():
-            values[name] = frame_numbers(path, name, frame.iloc[:, names.index(name)])
-    faults.check()
-    return Columns(path, values, header=False)
+    found = frame_columns(path, {name: frame.iloc[:, names.index(name)] for name in wanted})
+    return Columns(path, found, header=False)
 
 
 def _with_time(frame: pd.DataFrame) -> pd.DataFrame:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -35,12 +35,8 @@ from unmodelled.logs.signals import Channel, channels_of
 from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
 
-
-@dataclass(frozen=True)
-class _Experiment:
-    name: str
-    log: Columns
-    described: Mapping[str, str]
+#: Cells of an experiment in the table (id, file and constants of the mapping), and its log.
+_Experiment = tuple[list[str], Columns]
 
 
 def read_mapped(place: Path, system: System) -> Logs | None:
@@ -64,14 +60,13 @@ def read_mapped(place: Path, system: System) -> Logs | None:
         with faults.collected():
             found += _experiments(name, record, channels, told, len(records))
     logs: list[Columns] = []
-    for experiment in found:
+    for _, log in found:
         with faults.collected():
-            logs.append(checked_in_si(experiment.log, system))
+            logs.append(checked_in_si(log, system))
     if not found:
         faults.check()
-    cells = ([each.name, str(each.log.path), *each.described.values()] for each in found)
-    header = ["id", "file", *mapping.constants]
-    table = TextTable(Path(f"{path}: experiments"), header, list(enumerate(cells, start=1)))
+    rows = list(enumerate((cells for cells, _ in found), start=1))
+    table = TextTable(Path(f"{path}: experiments"), ["id", "file", *mapping.constants], rows)
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
     logs_of = assembled(Logs, system, table, logs, origin, faults)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
@@ -126,11 +121,11 @@ def _experiments(
         column = record.mapping.time.column if record.mapping.time else None
         node = column.node if column else channels[0].signal.column.node
         raise node.wrong(
-            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].name}: "
+            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].item.name}: "
             "check the columns, and the unit of the time"
         )
     unusable = len(t) - len(usable)
-    _tell(told, f"rows without a time or a value of {channels[0].name}, left out", unusable)
+    _tell(told, f"rows without a time or a value of {channels[0].item.name}, left out", unusable)
     found = []
     for label, rows in _split(name, record, base, t, usable, files, told):
         ordered, late, repeated = in_order(t, rows)
@@ -138,13 +133,10 @@ def _experiments(
         _tell(told, "rows out of order, sorted by time", late)
         _tell(told, "rows that repeat a time stamp, left out", repeated)
         log = _log(record, channels, base, t, ordered, told)
-        described = {
-            key: _described(record, base, ordered, t, column)
-            for key, column in record.mapping.constants.items()
-        }
-        found += [
-            _Experiment(part, cut, described) for part, cut in _cut(label, log, record.mapping.cut, told)
-        ]
+        constants = record.mapping.constants.values()
+        described = [_described(record, base, ordered, t, column) for column in constants]
+        cut = _cut(label, log, record.mapping.cut, told)
+        found += [([part, str(each.path), *described], each) for part, each in cut]
     return found
 
 
@@ -186,13 +178,13 @@ def _log(
     inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
     for channel, (_, how) in zip(channels, others, strict=True):
         if how:
-            told.setdefault(f"{channel.name} {how}", 0)
+            told.setdefault(f"{channel.item.name} {how}", 0)
     missed = int(np.count_nonzero(~inside))
     _tell(told, "rows at which a signal of another clock has no value, left out", missed)
     if not inside.any():
         raise BadInput(f"{record.path}: its signals have no time in common: check the clocks of their tables")
     values = {"t": from_start(t[rows][inside])}
-    values |= {c.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
+    values |= {c.item.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
     place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
     return Columns(place, values, header=False, rows=base.table.numbered(rows[inside]))
 

@@ -67,7 +67,8 @@ class Record:
                 raise column.node.wrong(
                     f"{column.name!r} is in several tables of {self.path}: write {places}"
                 )
-        names = [address for table in self.tables for address in _addresses(table)]
+        every = ((table, name) for table in self.tables for name in (*table.columns, *table.texts))
+        names = [table.address(name) for table, name in every]
         near = nearest(column.name, names)
         more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
         told = f"did you mean {near!r}?" if near else f"it has {', '.join(map(repr, names[:NAMES]))}{more}"
@@ -128,10 +129,6 @@ def _in(table: Table, name: str, alone: bool) -> Found | None:
     if name in table.columns or name in table.texts:
         return Found(table, name)
     return Found(table, table.aliases[name]) if name in table.aliases else None
-
-
-def _addresses(table: Table) -> list[str]:
-    return [table.address(name) for name in (*table.columns, *table.texts)]
 
 
 def parts_of_name(name: str) -> list[str]:

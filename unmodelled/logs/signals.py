@@ -28,11 +28,9 @@ FEWEST_SMOOTH, SMOOTHER = 20, 0.5
 class Channel:
     """An input or output of the system, and the signal of the files that it is."""
 
-    name: str  # in the system file
-    column: str  # of the log
+    item: Input | Output
     kind: str  # between samples: "cubic", "linear" or "hold"
     signal: Signal
-    item: Input | Output
 
     def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
         """Return values (rows,) at the instants t[rows] in the unit of the system, and how they were read."""
@@ -143,6 +141,6 @@ def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
             faults.add(f"{where}: the column {item.column!r} of the system file is missing{near}")
             continue
         kind = "cubic" if isinstance(item, Output) else "hold" if item.hold else "linear"
-        found.setdefault(item.column, Channel(item.name, item.column, kind, signal, item))
+        found.setdefault(item.column, Channel(item, kind, signal))
     faults.check()
     return list(found.values())

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
-from unmodelled.logs.cells import LARGEST, frame_numbers, no_number, shown
+from unmodelled.logs.cells import LARGEST, frame_columns, no_number, shown
 from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
 
 Array = NDArray[np.float64]
@@ -270,9 +270,5 @@ def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
     except ModuleNotFoundError as error:
         raise BadInput(f"{path}: is a Parquet file: {missing(error) or error}, or save it as CSV") from None
     check_header(path, column_names(path), wanted)
-    table, faults, values = read_parquet(path, wanted), Faults(), {}
-    for name in wanted:
-        with faults.collected():
-            values[name] = frame_numbers(path, name, table[name])
-    faults.check()
-    return values
+    table = read_parquet(path, wanted)
+    return frame_columns(path, {name: table[name] for name in wanted})

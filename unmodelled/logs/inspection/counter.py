@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.inspection.finding import Finding
-from unmodelled.logs.inspection.signal import Array, Mask, Run, Signal
+from unmodelled.logs.inspection.signal import Array, Finding, Mask, Run, Signal
 
 Rows = NDArray[np.int64]
 

@@ -1,4 +1,4 @@
-"""Signals of a log with their roles in the system file, and one run of them."""
+"""Signals of a log with their roles in the system file, one run of them, and what is found in it."""
 
 from __future__ import annotations
 
@@ -102,6 +102,20 @@ class Run:
         """Return the run without some samples (samples,) of all channels."""
         kept = {column: values[~rows] for column, values in self.values.items()}
         return replace(self, t=self.t[~rows], values=kept)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A fault of one channel in one run."""
+
+    kind: str  # such as "spikes"
+    channel: str  # name in the system file
+    run: str  # id of the experiment
+    count: int  # samples, jumps or stretches
+    first: float  # time of the first one since the start of the run, s
+    what: str  # after the channel's name, with {count} for the number over all runs
+    cure: str  # what was done, a main clause; what to do where nothing was done
+    cured: bool = True
 
 
 def spans_of(signals: tuple[Signal, ...], logs: Sequence[Mapping[str, Array]]) -> dict[str, float]:
