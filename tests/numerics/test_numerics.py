@@ -12,9 +12,8 @@ from scipy.signal import savgol_filter
 
 from pipeline.cam_follower.integrate import SPEED_LIMIT, rollout
 from unmodelled.logs.clock import delayed
-from unmodelled.logs.differentiate import noise, quantum, resolution, smooth_derivative
+from unmodelled.logs.differentiate import ORDER, filtered, noise, quantum, resolution, smooth_derivative
 from unmodelled.logs.resample import resample
-from unmodelled.logs.savitzky_golay import ORDER, filtered
 
 Array = NDArray[np.float64]
 

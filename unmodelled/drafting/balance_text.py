@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from unmodelled.drafting.balances import Balance, symbols_of
-from unmodelled.drafting.lines import identified, numbered, one_line, quoted, word
+from unmodelled.drafting.lines import identified, numbered, one_line, system_file
 from unmodelled.drafting.names import Role, is_measured
-from unmodelled.systems.units import SECOND, describe, parse_logged, parse_unit, power, times
+from unmodelled.drafting.units import si_unit
+from unmodelled.systems.units import SECOND, describe, parse_unit, power, times
 
 #: Other columns that are named in a comment.
 NAMES = 5
@@ -32,33 +33,22 @@ def balance_text(balances: Sequence[Balance], name: str) -> str:
         "ports": [_port(k, balance) for k, balance in items],
         "dynamics": [_dynamics(k, balance, items) for k, balance in items],
     }
+    filled = "one store per level, filled by what flows in less what flows out"
     turning = all(balance.kind.turns for balance in balances)
-    first = (
-        "one inertia per speed"
-        if turning
-        else "one store per level, filled by what flows in less what flows out"
+    comments = (
+        f"A first model: {'one inertia per speed' if turning else filled}.",
+        "It lacks what you know of the machine: coupling, other losses. Add that, answer the",
+        "questions, and run simulate again.",
     )
-    head = [
-        f"# A first model: {first}.",
-        "# It lacks what you know of the machine: coupling, other losses. Add that, answer the",
-        "# questions, and run simulate again.",
-        "schema: system/1",
-        f"name: {word(name)}",
-    ]
-    body = [line for key, lines in sections.items() if lines for line in (f"{key}:", *lines)]
-    return "\n".join([*head, *body]) + "\n"
-
-
-def _si(unit: str) -> str:
-    return parse_logged(unit)[0].text or "1"
+    return system_file(comments, name, sections)
 
 
 def _effort(balance: Balance) -> str:
     """SI unit of what flows into the store."""
     direct = [supply for supply in balance.supplies if supply.direct]
     if direct:
-        return describe(parse_unit(_si(direct[0].channel.unit)).dimension)
-    turning = parse_unit(_si(balance.level.unit)).dimension == parse_unit("rad/s").dimension
+        return describe(parse_unit(si_unit(direct[0].channel.unit)).dimension)
+    turning = parse_unit(si_unit(balance.level.unit)).dimension == parse_unit("rad/s").dimension
     return "N" if balance.kind.effort == "N m" and not turning else balance.kind.effort
 
 
@@ -89,7 +79,7 @@ def _stored(k: str, balance: Balance) -> str:
 def _state(k: str, balance: Balance) -> str:
     said = one_line(balance.level.signal.address)
     said = f"voltage of the charge, behind the resistance of {said}" if balance.kind.electric else said
-    return f"  {_stored(k, balance)}: {{unit: {_si(balance.level.unit)}}}  # {said}"
+    return f"  {_stored(k, balance)}: {{unit: {si_unit(balance.level.unit)}}}  # {said}"
 
 
 def _inputs(k: str, balance: Balance) -> list[str]:
@@ -119,12 +109,12 @@ def _inputs(k: str, balance: Balance) -> list[str]:
             supply is None or balance.kind.supply is Role.CURRENT or is_measured(channel.signal.address)
         )
         fixed = ", commanded: false" if measured else ""
-        lines.append(f"  {symbol}: {{unit: {_si(channel.unit)}{fixed}}}  # {one_line(said)}")
+        lines.append(f"  {symbol}: {{unit: {si_unit(channel.unit)}{fixed}}}  # {one_line(said)}")
     return lines
 
 
 def _output(k: str, balance: Balance) -> str:
-    level, unit = balance.kind.symbols[0], _si(balance.level.unit)
+    level, unit = balance.kind.symbols[0], si_unit(balance.level.unit)
     if not balance.kind.electric:
         return f"  {level}{k}: {{unit: {unit}}}"
     sign = "-" if balance.supplies and balance.supplies[0].outward else "+"
@@ -133,14 +123,14 @@ def _output(k: str, balance: Balance) -> str:
 
 
 def _parameters(k: str, balance: Balance) -> list[str]:
-    kind, effort, level = balance.kind, _effort(balance), _si(balance.level.unit)
+    kind, effort, level = balance.kind, _effort(balance), si_unit(balance.level.unit)
     size = balance.fit.size if balance.fitted else 1.0
     origin = "fitted to the logs" if balance.fitted else "a guess"
     *_, store, loss = kind.symbols
     lines = [f"  # Question: what is the {kind.store} {store}{k}? This one is {origin}."]
     for j, supply in enumerate(balance.supplies, start=1):
         if not supply.direct:
-            own, name = _si(supply.channel.unit), f"u{k}" + (f"_{j}" if j > 1 else "")
+            own, name = si_unit(supply.channel.unit), f"u{k}" + (f"_{j}" if j > 1 else "")
             one = f"{name} = 1" + (
                 " (100 %)" if supply.channel.unit == "%" else "" if own == "1" else f" {own}"
             )
@@ -153,10 +143,11 @@ def _parameters(k: str, balance: Balance) -> list[str]:
         lines.append(f"  g{k}: {identified(guess, _ratio(effort, level))}")
     if kind.electric:
         drop = balance.fit.loss or RESISTANCE
-        return [*lines, f"  R{k}: {_within(drop, 'ohm', 10.0 * drop)}"] if balance.supplies else lines
+        resistance = f"  R{k}: {identified(drop, 'ohm', (0.0, 10.0 * drop))}"
+        return [*lines, resistance] if balance.supplies else lines
     if kind.loses:
         high = 10.0 * max(balance.fit.loss, size / balance.seconds)
-        lines.append(f"  {loss}{k}: {_within(balance.fit.loss, _ratio(effort, level), high)}")
+        lines.append(f"  {loss}{k}: {identified(balance.fit.loss, _ratio(effort, level), (0.0, high))}")
     return lines
 
 
@@ -170,12 +161,8 @@ def _surroundings(balance: Balance) -> list[str]:
     bounds = f"identify: true, bounds: [{value - AROUND:.5g}, {value + AROUND:.5g}]"
     return [
         f"  # Question: how warm are the surroundings? This is {asked}.",
-        f"  {kind.symbols[0]}_a: {{value: {value:.5g}, unit: {_si(balance.level.unit)}, {bounds}}}",
+        f"  {kind.symbols[0]}_a: {{value: {value:.5g}, unit: {si_unit(balance.level.unit)}, {bounds}}}",
     ]
-
-
-def _within(value: float, unit: str, high: float) -> str:
-    return f"{{value: {value:.3g}, unit: {quoted(unit)}, identify: true, bounds: [0, {high:.3g}]}}"
 
 
 def _port(k: str, balance: Balance) -> str:

@@ -10,10 +10,9 @@ import numpy as np
 from unmodelled.drafting.channels import BARS, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
-from unmodelled.drafting.motion import at, over
+from unmodelled.drafting.motion import at, explained, over
 from unmodelled.drafting.names import Role, is_command, number_of, words_of
 from unmodelled.drafting.units import dimension_of
-from unmodelled.logs.readers.reader import Array
 from unmodelled.systems.units import Dimension
 
 #: Levels of a first model, and supplies of one.
@@ -22,8 +21,6 @@ MOST, SUPPLIES = 6, 3
 STILL = 0.02
 #: Share of the changes of a level that supplies must explain: for their signs and the size of the store.
 EXPLAINED = 0.1
-#: Share of squares that is rounding.
-EXACT = 1e-12
 #: Parts of a record over which changes of a level are taken.
 PARTS = 60
 #: Words of a level that surrounds others, and of what leaves a store.
@@ -33,70 +30,47 @@ _OUT = "out outflow outlet drain leak discharge abfluss ablauf cool cooling cool
 
 @dataclass(frozen=True)
 class Supply:
-    """A column that fills or empties a store.
-
-    Attributes:
-        channel: column.
-        outward: whether it empties the store where it is positive.
-        direct: whether it is the effort of the balance itself; otherwise it sets it.
-        certain: whether name or values say so.
-    """
+    """A column that fills or empties a store."""
 
     channel: Channel
-    outward: bool
-    direct: bool
-    certain: bool
+    outward: bool  # it empties the store where it is positive
+    direct: bool  # it is the effort of the balance itself; otherwise it sets it
+    certain: bool  # name or values say so
 
 
 @dataclass(frozen=True)
-class Fit:
-    """Size and losses of a store by the values, in SI units.
+class StoreFit:
+    """Size and losses of a store by the values, in SI units."""
 
-    Attributes:
-        size: size of the store, for one unit of its supplies; 0: not shown.
-        loss: loss for one unit of the level, or the resistance of an electric store.
-        outside: level of the surroundings; nan: not shown.
-        share: share of the changes of the level that the supplies explain.
-        total: share of the squared changes of the level that supplies and losses explain.
-    """
-
-    size: float = 0.0
-    loss: float = 0.0
-    outside: float = np.nan
-    share: float = 0.0
-    total: float = 0.0
+    size: float = 0.0  # for one unit of its supplies; 0: not shown
+    loss: float = 0.0  # for one unit of the level, or the resistance of an electric store
+    outside: float = np.nan  # level of the surroundings; nan: not shown
+    share: float = 0.0  # of the changes of the level that the supplies explain
+    total: float = 0.0  # of the squared changes of the level that supplies and losses explain
 
 
-NONE = Fit()
+NONE = StoreFit()
 
 
 @dataclass(frozen=True)
 class Balance:
-    """A store with its level.
-
-    Attributes:
-        kind: kind of the balance.
-        level: its level.
-        supplies: columns that fill and empty it; (): none is logged.
-        around: level of its surroundings; None: none is logged.
-        fit: size of the store and its loss by the values.
-        seconds: length of a record, s.
-        others: further columns that could be a supply.
-        goal: set point of the level; None: none is logged.
-        source: level of the store that fills this one, where no supply is logged; None: there is none.
-        exchange: exchange with that store for one SI unit between the levels; 0: not shown.
-    """
+    """A store with its level."""
 
     kind: Kind
     level: Channel
     supplies: tuple[Supply, ...]
-    around: Channel | None
-    fit: Fit
-    seconds: float
-    others: tuple[Signal, ...]
-    goal: Signal | None
-    source: str | None = None
-    exchange: float = 0.0
+    around: Channel | None  # level of its surroundings
+    fit: StoreFit
+    seconds: float  # length of a record
+    others: tuple[Signal, ...]  # further columns that could be a supply
+    goal: Signal | None  # set point of the level
+    source: str | None = None  # level of the store that fills this one, where no supply is logged
+    exchange: float = 0.0  # with that store for one SI unit between the levels; 0: not shown
+
+    @property
+    def names(self) -> set[str]:
+        """Addresses of the supplies."""
+        return {supply.channel.signal.address for supply in self.supplies}
 
     @property
     def fitted(self) -> bool:
@@ -158,8 +132,8 @@ def _balance(
     beside = None if around is None else level_channel(around)
     tried = [_tried(kind, channel, beside, levels, signals) for signals in experiments]
     known = [each for each in tried if each is not None]
-    names = max(({s.channel.signal.address for s in each.supplies} for each in known), key=len, default=set())
-    same = [each for each in known if {s.channel.signal.address for s in each.supplies} == names]
+    names = max((each.names for each in known), key=len, default=set())
+    same = [each for each in known if each.names == names]
     return max(same, key=lambda each: each.fit.share)
 
 
@@ -235,7 +209,7 @@ def supply_channel(signal: Signal, level: Channel) -> Channel:
 
 def _fitted(
     kind: Kind, level: Channel, around: Channel | None, channels: Sequence[Channel], direct: bool
-) -> tuple[tuple[Supply, ...], Fit]:
+) -> tuple[tuple[Supply, ...], StoreFit]:
     """Supplies with their signs, and what the values say of the store.
 
     The level changes by what flows in and out between two instants; both are taken over parts of the record,
@@ -262,11 +236,11 @@ def _fitted(
         return tuple(replace(s, outward=_is_out(s.channel), certain=True) for s in supplies), NONE
     if kind.electric:
         drop = -last if supplies[0].outward else last
-        return supplies, Fit(1.0 / gain, max(drop, 0.0), np.nan, share, explains)
+        return supplies, StoreFit(1.0 / gain, max(drop, 0.0), np.nan, share, explains)
     if not kind.loses or last >= 0.0:
-        return supplies, Fit(1.0 / gain, 0.0, np.nan, share, explains)
+        return supplies, StoreFit(1.0 / gain, 0.0, np.nan, share, explains)
     outside = float(gains[1]) / -last if kind.around and around is None else np.nan
-    return supplies, Fit(1.0 / gain, -last / gain, outside, share, explains)
+    return supplies, StoreFit(1.0 / gain, -last / gain, outside, share, explains)
 
 
 def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
@@ -277,23 +251,3 @@ def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
 
 def _is_out(channel: Channel) -> bool:
     return bool({*_OUT.split()} & {*words_of(channel.signal.address)})
-
-
-def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float, float]:
-    """Return factors by least squares, and the shares of the squares that columns explain.
-
-    Takes changes (changes,), wanted (same shape), beside (same shape); gives (columns,).
-    """
-    columns = np.column_stack([*wanted, *beside])
-    scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0.0] = 1.0
-    found, *_ = np.linalg.lstsq(columns / scale, changes, rcond=1e-8)
-    n = len(wanted)
-    others = columns[:, n:] / scale[n:]
-    without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
-    rest = float(np.sum((changes - others @ without) ** 2))
-    left = float(np.sum((changes - columns / scale @ found) ** 2))
-    squares = float(changes @ changes)
-    # nothing is left to explain where the others are exact: current and voltage of a resistor
-    share = 1.0 - left / rest if rest > EXACT * squares else 0.0
-    return np.asarray(found / scale), share, 1.0 - left / (squares or np.inf)

@@ -47,27 +47,16 @@ _LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x", "y", "z"])
 
 @dataclass(frozen=True)
 class Channel:
-    """A signal in a unit.
-
-    Attributes:
-        signal: signal of the logs.
-        unit: unit of the scaled values.
-        certain: whether the file or the name gives the unit.
-        scale: factor of the logged values.
-        question: question on the scale; "": none but that on the unit, if it is not certain.
-    """
+    """A signal in a unit."""
 
     signal: Signal
-    unit: str
-    certain: bool
-    scale: float = 1.0
-    question: str = ""
+    unit: str  # of the scaled values
+    certain: bool  # file or name give the unit
+    scale: float = 1.0  # factor of the logged values
+    question: str = ""  # on the scale; "": none but that on the unit, if it is not certain
 
     def si(self, values: Array) -> Array:
-        """Convert logged values to SI units.
-
-        Takes values (samples,); gives (samples,).
-        """
+        """Convert logged values (samples,) to SI units."""
         _, logged = parse_logged(self.unit)
         return self.scale * values if logged is None else logged.to_si(self.scale * values)
 
@@ -85,10 +74,7 @@ def slope(position: Signal, other: Signal) -> Slope:
 
 
 def plain(signal: Signal) -> Array:
-    """Return the values of a position, unwrapped if it jumps by a turn.
-
-    Gives (samples,).
-    """
+    """Return the values (samples,) of a position, unwrapped if it jumps by a turn."""
     for turn in (2.0 * np.pi, 360.0):
         jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
         if jumps.any() and np.ptp(signal.values) < 1.01 * turn:
@@ -125,13 +111,8 @@ def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:
     """Unit of a position whose slope a speed is; None if no usual pair of units fits."""
     rate, known = abs(slope(position, velocity).ratio), velocity.unit is not None
     pairs = [(own, other) for own, other in PAIRS if velocity.unit in (None, other)]
-    fitting = [own for own, other in pairs if _close(rate, _factor(own, other))]
+    fitting = [own for own, other in pairs if _close(rate, _size(own) / _size(other))]
     return next((own for own in fitting if known or own != "rad" or widest <= DEGREES), None)
-
-
-def _factor(own: str, other: str) -> float:
-    """Number of a speed in a unit, for one unit of its position a second."""
-    return _size(own) / _size(other)
 
 
 def _size(unit: str) -> float:
@@ -167,14 +148,11 @@ def velocity_channel(position: Channel, velocity: Signal) -> Channel:
     kind = "rad" if is_angle(position.unit) else "m"
     ratio = abs(slope(position.signal, velocity).ratio) / position.size
     if velocity.unit is None and not position.question:
-        fitting = (other for own, other in PAIRS if _alike(own, kind) and _close(ratio, _factor(kind, other)))
+        alike = (other for own, other in PAIRS if is_angle(own) == is_angle(kind))
+        fitting = (other for other in alike if _close(ratio, _size(kind) / _size(other)))
         return Channel(velocity, next(fitting, f"{kind}/s"), False)
     asked = f"the scale is that of {one_line(position.signal.address)}: is it right?"
     return Channel(velocity, f"{kind}/s", False, 1.0 / ratio, asked)
-
-
-def _alike(unit: str, kind: str) -> bool:
-    return is_angle(unit) == is_angle(kind)
 
 
 def input_channel(signal: Signal, angular: bool) -> Channel:

@@ -16,44 +16,32 @@ from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 TIMES, USUAL, SLOW = ("s", "ms", "us", "ns"), 100.0, 1.0
 #: Quantities of machines that move.
 _MOVING = frozenset([Role.POSITION, Role.VELOCITY, Role.EFFORT, Role.GOAL])
+#: Quantities that change slowly.
+_SLOW = frozenset([Role.TEMPERATURE, Role.LEVEL, Role.PRESSURE, Role.CHARGE])
+_SLOW |= {Role.FLOW, Role.VOLTAGE, Role.POWER}
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
 
 
 @dataclass(frozen=True)
 class Timing:
-    """The clock of the logs.
+    """The clock of the logs."""
 
-    Attributes:
-        column: name of its column; None: the format has a clock, or there is none.
-        unit: unit of the column.
-        rate: rate that is assumed where there is no clock, Hz; None: there is one.
-        certain: whether the file or the name says so.
-    """
-
-    column: str | None = None
-    unit: str = "s"
-    rate: float | None = None
-    certain: bool = True
+    column: str | None = None  # None: the format has a clock, or there is none
+    unit: str = "s"  # of the column
+    rate: float | None = None  # assumed where there is no clock, Hz
+    certain: bool = True  # file or name say so
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A column that changes, in one experiment.
+    """A column that changes, in one experiment."""
 
-    Attributes:
-        address: name by which a mapping finds it, with the name that the file gives to an element of a list.
-        t: time of its values, shape (samples,), s.
-        values: values, shape (samples,), as logged.
-        unit: unit that file or name give; None: neither does.
-        role: probable role by its name or unit; None: neither tells.
-    """
-
-    address: str
-    t: Array
-    values: Array
-    unit: str | None
-    role: Role | None
+    address: str  # by which a mapping finds it, with the name of an element of a list
+    t: Array  # (samples,), s
+    values: Array  # (samples,), as logged
+    unit: str | None  # by file or name
+    role: Role | None  # by name or unit
 
     @property
     def rate(self) -> float:
@@ -84,16 +72,7 @@ def timing_of(tables: Sequence[Table]) -> Timing:
 def _usual(table: Table) -> float:
     """Sampling rate that the quantities of a table are usually logged at, Hz."""
     roles = {meaning_of(name, table.units.get(name)).role for name in table.columns}
-    slow = roles & {
-        Role.TEMPERATURE,
-        Role.LEVEL,
-        Role.PRESSURE,
-        Role.CHARGE,
-        Role.FLOW,
-        Role.VOLTAGE,
-        Role.POWER,
-    }
-    return SLOW if slow and not roles & _MOVING else USUAL
+    return SLOW if roles & _SLOW and not roles & _MOVING else USUAL
 
 
 def _likeness(table: Table, name: str) -> float:

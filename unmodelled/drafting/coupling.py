@@ -7,33 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.drafting.balances import NONE, PARTS, Balance, Fit, explained
+from unmodelled.drafting.balances import NONE, PARTS, Balance, StoreFit
 from unmodelled.drafting.channels import SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.motion import at, over
+from unmodelled.drafting.motion import at, explained, over
 from unmodelled.drafting.units import dimension_of
 from unmodelled.logs.readers.reader import Array
 
 
 def coupled(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
-    """Return balances of which each column supplies but one; the others exchange with one that has
-    a supply.
-    """
+    """Return balances that share no supply; one without a supply exchanges with one that has a supply."""
     used = [supply.channel.signal.address for balance in balances for supply in balance.supplies]
     shared = {name for name in used if used.count(name) > 1}
-    owners = [balance for balance in balances if shared & _names(balance)]
+    owners = [balance for balance in balances if shared & balance.names]
     drafts = [_linked([_owned(each, owner, shared) for each in balances], experiments) for owner in owners]
     scores = [sum(balance.fit.total for balance in draft) for draft in drafts]
     return drafts[int(np.argmax(scores))] if drafts else _linked(balances, experiments)
 
 
-def _names(balance: Balance) -> set[str]:
-    return {supply.channel.signal.address for supply in balance.supplies}
-
-
 def _owned(balance: Balance, owner: Balance, shared: Set[str]) -> Balance:
     """A balance without the supplies that another one has."""
-    if balance is owner or not shared & _names(balance):
+    if balance is owner or not shared & balance.names:
         return balance
     others = (*(supply.channel.signal for supply in balance.supplies), *balance.others)
     return replace(balance, supplies=(), fit=NONE, others=others)
@@ -44,7 +38,8 @@ def _linked(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]
     sources = [each for each in balances if each.supplies and each.kind.loses and not each.kind.turns]
     found = {id(balance): balance for balance in balances}
     for balance in balances:
-        alike = [each for each in sources if _same_dimension(each, balance)]
+        dimension = dimension_of(balance.level.unit)
+        alike = [each for each in sources if dimension_of(each.level.unit) == dimension]
         if balance.supplies or not alike:
             continue
         source = max(alike, key=lambda each: abs(_correlation(each.level, balance.level)))
@@ -57,16 +52,14 @@ def _linked(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]
     return [found[id(balance)] for balance in balances]
 
 
-def _same_dimension(one: Balance, other: Balance) -> bool:
-    return dimension_of(one.level.unit) == dimension_of(other.level.unit)
-
-
 def _correlation(one: Channel, other: Channel) -> float:
     a, b = one.signal, other.signal
     return float(np.corrcoef(a.values, at(a.t, b.t, b.values))[0, 1])
 
 
-def _fits(source: Balance, balance: Balance, signals: Sequence[Signal]) -> tuple[Fit, Fit, float] | None:
+def _fits(
+    source: Balance, balance: Balance, signals: Sequence[Signal]
+) -> tuple[StoreFit, StoreFit, float] | None:
     """Fits of a source and of a store beside it, and their exchange; None if values do not show them."""
     here = {signal.address: signal for signal in signals}
     channels = [source.level, balance.level, *(supply.channel for supply in source.supplies)]
@@ -87,9 +80,9 @@ def _fits(source: Balance, balance: Balance, signals: Sequence[Signal]) -> tuple
         return None
     size, exchange = 1.0 / float(gains[0]), -float(gains[-1] / gains[0])
     other = exchange / float(filled[0])
-    own = Fit(size, max(-float(gains[-2]) * size, 0.0), source.fit.outside, share, total)
+    own = StoreFit(size, max(-float(gains[-2]) * size, 0.0), source.fit.outside, share, total)
     loss = max(-float(filled[-1]) * other, 0.0)
-    return own, Fit(other, loss, source.fit.outside, part, whole), exchange
+    return own, StoreFit(other, loss, source.fit.outside, part, whole), exchange
 
 
 def _values(channel: Channel, here: dict[str, Signal], t: Array) -> Array:

@@ -33,46 +33,27 @@ WANTED = 12
 
 @dataclass(frozen=True)
 class Used:
-    """A column that the drafted files use.
+    """A column that the drafted files use."""
 
-    Attributes:
-        symbol: its name in them.
-        channel: column in its unit.
-        kind: quantity, for the table of the columns.
-        output: whether it is an output.
-        against: whether it is logged with the other sign.
-    """
-
-    symbol: str
+    symbol: str  # in the drafted files
     channel: Channel
-    kind: str
+    kind: str  # quantity, for the table of the columns
     output: bool = True
-    against: bool = False
+    against: bool = False  # logged with the other sign
 
 
 @dataclass(frozen=True)
 class Draft:
-    """Findings in logs.
-
-    Attributes:
-        survey: files of the experiments.
-        timing: their clock.
-        experiments: columns that change, of every experiment that was looked into.
-        joints: moving positions.
-        balances: stores with a level, of a machine without moving positions.
-        split_by: column whose runs of equal values are experiments; None: there is none.
-        cut: length into which a single long record is cut, s; None: not cut.
-        constants: names of values that a file holds once.
-    """
+    """Findings in logs."""
 
     survey: Survey
     timing: Timing
-    experiments: tuple[list[Signal], ...]
+    experiments: tuple[list[Signal], ...]  # columns that change, of every experiment looked into
     joints: tuple[Joint, ...]
-    balances: tuple[Balance, ...]
-    split_by: str | None
-    cut: float | None
-    constants: tuple[str, ...]
+    balances: tuple[Balance, ...]  # of a machine without moving positions
+    split_by: str | None  # column whose runs of equal values are experiments
+    cut: float | None  # length of the parts of a single long record, s
+    constants: tuple[str, ...]  # names of values that a file holds once
 
     @property
     def used(self) -> list[Used]:
@@ -133,9 +114,8 @@ def draft_of(logs: Path) -> Draft:
 def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[Balance]]:
     """The moving positions of a machine; the balances of one that has none."""
     roles = {signal.role for signals in experiments for signal in signals}
-    filled = any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK)) and not roles & FORCES - {
-        Role.DUTY
-    }
+    acting = roles & (FORCES - {Role.DUTY})
+    filled = not acting and any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK))
     balances = coupled(balances_of(experiments), experiments) if filled or Role.POSITION not in roles else []
     return [] if balances else joints_of(experiments), balances
 
@@ -179,10 +159,7 @@ def _table_of(tables: Sequence[Table], address: str) -> Table:
 
 
 def _split_by(tables: Sequence[Table], used: Set[str]) -> str | None:
-    """A column that numbers or names the parts of a campaign: it keeps its value over many rows.
-
-    Of several such columns, the one with a number of parts that is right for a diagnosis.
-    """
+    """A column that numbers or names parts of a campaign; of several, one whose count suits a diagnosis."""
     found: dict[str, int] = {}
     for table in tables:
         for name, cells in (*table.columns.items(), *table.texts.items()):

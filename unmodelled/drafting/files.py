@@ -15,21 +15,7 @@ from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.record import in_groups, parts_of_name
 
 #: Endings of files that lie beside logs and are none.
-OTHERS = (
-    ".yaml",
-    ".yml",
-    ".md",
-    ".xml",
-    ".urdf",
-    ".pdf",
-    ".png",
-    ".jpg",
-    ".svg",
-    ".py",
-    ".m",
-    ".mp4",
-    ".stl",
-)
+_OTHERS = "yaml yml md xml urdf pdf png jpg svg py m mp4 stl"
 #: JSON files that describe a data set.
 DESCRIPTIONS = ("info.json", "stats.json", "tasks.json", "provenance.json", "package.json")
 #: Files that are looked into, and files or folders below a folder that are looked at.
@@ -38,23 +24,14 @@ MOST, SEEN = 40, 2000
 
 @dataclass(frozen=True)
 class Survey:
-    """The experiments that were found.
+    """The experiments that were found."""
 
-    Attributes:
-        folder: folder to which `patterns` are relative.
-        patterns: patterns of the paths of the experiments.
-        groups: patterns of groups inside a file that are the experiments; (): files are.
-        unread: experiments that were not looked into, because there are many.
-        read: tables of the experiments that were looked into, by path.
-        left_out: files that are no such experiments, with the reason.
-    """
-
-    folder: Path
-    patterns: tuple[str, ...]
-    read: dict[Path, list[Table]]
-    left_out: dict[Path, str]
-    groups: tuple[str, ...] = ()
-    unread: tuple[Path, ...] = ()
+    folder: Path  # to which the patterns are relative
+    patterns: tuple[str, ...]  # of the paths of the experiments
+    read: dict[Path, list[Table]]  # tables by path
+    left_out: dict[Path, str]  # reasons, by path of what is no such experiment
+    groups: tuple[str, ...] = ()  # patterns inside a file; (): files are the experiments
+    unread: tuple[Path, ...] = ()  # not looked into, because there are many
 
     def only(self, read: dict[Path, list[Table]], left_out: dict[Path, str]) -> Survey:
         """Return the survey of some of the experiments."""
@@ -135,7 +112,7 @@ def _places(folder: Path) -> list[Path]:
         path
         for path in entries
         if path.is_file()
-        and path.suffix.lower() not in OTHERS
+        and path.suffix.lower().removeprefix(".") not in _OTHERS.split()
         and path.name not in (*DESCRIPTIONS, "experiments.csv", MAPPING)
         and not any(bag in path.parents for bag in bags)
     ]

@@ -6,33 +6,29 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput
-from unmodelled.drafting.draft import draft_of
+from unmodelled.base.errors import BadInput, printable
+from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.draft import Draft, draft_of
 from unmodelled.drafting.mapping_text import mapping_text
+from unmodelled.drafting.names import Role
 from unmodelled.drafting.robot_text import robot_system_text, with_goals
 from unmodelled.drafting.system_text import system_text
-from unmodelled.drafting.table_text import table_text
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.systems.robot.files import robot_text
+
+#: Rows of the table of the columns.
+ROWS = 40
 
 
 @dataclass(frozen=True)
 class FirstFiles:
-    """Drafted files, which are not written yet.
-
-    Attributes:
-        mapping: path of the mapping.
-        system: path of the system file.
-        logs: path that other verbs take as logs.
-        texts: contents by path: mapping, system file, and a copy of the robot file if it lies elsewhere.
-        table: table of the columns, to be printed.
-    """
+    """Drafted files, which are not written yet."""
 
     mapping: Path
     system: Path
-    logs: Path
-    texts: dict[Path, str]
-    table: str
+    logs: Path  # what other verbs take as logs
+    texts: dict[Path, str]  # by path, with a copy of a robot file that lies elsewhere
+    table: str  # of the columns, to be printed
 
 
 def first_files(logs: Path, robot: Path | None, system: Path | None, out: Path | None) -> FirstFiles:
@@ -57,10 +53,39 @@ def first_files(logs: Path, robot: Path | None, system: Path | None, out: Path |
         **copies,
     }
     given = mapping if (place / "experiments.csv").exists() else place
-    return FirstFiles(mapping, file, given, texts, table_text(found))
+    return FirstFiles(mapping, file, given, texts, _table(found))
 
 
 def _copies(robot: Path, folder: Path) -> dict[Path, str]:
     """The robot file as text by its path beside the system file; none if it is there already."""
     path = folder / robot.name
     return {} if path.exists() and path.samefile(robot) else {path: robot_text(robot)}
+
+
+def _table(draft: Draft) -> str:
+    """A table with a row per column: samples, rate, range, unit, and what it looks like."""
+    found: dict[str, list[Signal]] = {}
+    for signals in draft.experiments:
+        for signal in signals:
+            found.setdefault(signal.address, []).append(signal)
+    # unit, symbol and kind of every column that is used
+    used = {
+        each.channel.signal.address: (
+            each.channel.signal.unit or each.channel.unit,
+            f"{each.symbol}, {each.kind}",
+        )
+        for each in draft.used
+    }
+    rows: list[tuple[str, ...]] = [("column", "rate", "from", "to", "unit", "looks like")]
+    for address in sorted(found, key=lambda each: each not in used):
+        parts = found[address]
+        low, high = min(p.values.min() for p in parts), max(p.values.max() for p in parts)
+        role = "" if parts[0].role is None else f"{parts[0].role.value}, "
+        unit, likeness = used.get(address) or (parts[0].unit or "?", role + Role.OTHER.value)
+        numbers = (f"{parts[0].rate:.4g} Hz", f"{low:.4g}", f"{high:.4g}")
+        rows.append((printable(address), *numbers, printable(unit), likeness))
+    shown = rows[: ROWS + 1]
+    widths = [max(len(row[j]) for row in shown) for j in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in shown]
+    more = [f"and {len(rows) - len(shown)} more columns"] if len(rows) > len(shown) else []
+    return "\n".join([*lines, *more])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,27 +40,16 @@ ALIKE = 0.05
 
 @dataclass(frozen=True)
 class Joint:
-    """A moving position.
-
-    Attributes:
-        position: its position.
-        velocity: its speed; None: it is not logged.
-        drive: its drive; None: none is logged.
-        servo: whether `drive` is a commanded position.
-        fit: acceleration by `drive`, in SI units.
-        others: further columns that could drive it.
-        against: pressure of the other chamber, scaled by the ratio of the areas; None: there is none.
-        goal: commanded position beside a drive: a controller makes the drive from both; None: none is logged.
-    """
+    """A moving position."""
 
     position: Channel
     velocity: Channel | None
     drive: Channel | None
-    servo: bool
-    fit: Drive
-    others: tuple[Signal, ...]
-    goal: Signal | None = None
-    against: Channel | None = None
+    servo: bool  # the drive is a commanded position
+    fit: Drive  # acceleration by the drive, in SI units
+    others: tuple[Signal, ...]  # further columns that could drive it
+    goal: Signal | None = None  # commanded position beside a drive: a controller makes the drive from both
+    against: Channel | None = None  # pressure of the other chamber, scaled by the ratio of the areas
 
     @property
     def angular(self) -> bool:
@@ -127,12 +116,9 @@ def _of_one_kind(joints: Sequence[Joint]) -> list[Joint]:
     shares = {name: float(np.mean([fit.share for fit in found])) for name, found in fits.items()}
     usable = [name for name in common if shares[name] > max(shares.values()) - ALIKE]
     best = min(usable, key=is_command)
-    chosen = zip(joints, kinds, fits[best], strict=True)
-    return [replace(j, drive=kind[best], fit=fit, others=_others(kind, best)) for j, kind, fit in chosen]
-
-
-def _others(drives: Mapping[str, Channel], name: str) -> tuple[Signal, ...]:
-    return tuple(drive.signal for other, drive in drives.items() if other != name)
+    others = [tuple(drive.signal for name, drive in kind.items() if name != best) for kind in kinds]
+    chosen = zip(joints, kinds, fits[best], others, strict=True)
+    return [replace(j, drive=kind[best], fit=fit, others=rest) for j, kind, fit, rest in chosen]
 
 
 def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
@@ -266,18 +252,23 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, drive = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].signal.values)))
-    others = _without(drive.signal, efforts)
-    chambers = [s for s in others if s.role is Role.PRESSURE and drive.signal.role is Role.PRESSURE]
-    if len(chambers) == 1:
-        second = input_channel(chambers[0], False)
-        scaled = [replace(second, scale=ratio) for ratio in AREAS]
-        pairs = [(fit_of(here, drive, False, each), each) for each in scaled]
-        best = max(fit.share for fit, _ in pairs)
-        # of ratios that explain about the same, the one nearest to equal areas
-        like = [pair for pair in pairs if pair[0].share > best - ALIKE * (1.0 - best)]
-        fit, against = min(like, key=lambda pair: abs(np.log(pair[1].scale)))
-        return Joint(here, velocity, drive, False, fit, _without(second.signal, others), goal, against)
-    return Joint(here, velocity, drive, False, fit, others, goal)
+    joint = Joint(here, velocity, drive, False, fit, _without(drive.signal, efforts), goal)
+    return _with_chamber(joint, drive)
+
+
+def _with_chamber(joint: Joint, drive: Channel) -> Joint:
+    """The joint with the pressure of the other chamber, if a pressure drives it and one more is logged."""
+    chambers = [s for s in joint.others if s.role is Role.PRESSURE and drive.signal.role is Role.PRESSURE]
+    if len(chambers) != 1:
+        return joint
+    second = input_channel(chambers[0], False)
+    scaled = [replace(second, scale=ratio) for ratio in AREAS]
+    pairs = [(fit_of(joint.position, drive, False, each), each) for each in scaled]
+    best = max(fit.share for fit, _ in pairs)
+    # of ratios that explain about the same, the one nearest to equal areas
+    like = [pair for pair in pairs if pair[0].share > best - ALIKE * (1.0 - best)]
+    fit, against = min(like, key=lambda pair: abs(np.log(pair[1].scale)))
+    return replace(joint, fit=fit, others=_without(second.signal, joint.others), against=against)
 
 
 def _servo(position: Channel, goal: Signal) -> Channel:

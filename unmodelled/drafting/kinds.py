@@ -9,24 +9,14 @@ from unmodelled.drafting.names import Role
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of balance.
+    """A kind of balance."""
 
-    Attributes:
-        level: quantity that shows how full a store is.
-        supply: quantity that fills it.
-        indirect: quantities that set the supply where it is not logged.
-        symbols: symbols of level, supply, size of the store and loss.
-        store: name of the size of the store.
-        effort: SI unit of the supply.
-        port: name of the port.
-    """
-
-    level: Role
-    supply: Role
-    indirect: tuple[Role, ...]
-    symbols: tuple[str, str, str, str]
-    store: str
-    effort: str
+    level: Role  # shows how full a store is
+    supply: Role  # fills it
+    indirect: tuple[Role, ...]  # set the supply where it is not logged
+    symbols: tuple[str, str, str, str]  # of level, supply, size of the store and loss
+    store: str  # name of the size of the store
+    effort: str  # SI unit of the supply
     port: str
 
     @property

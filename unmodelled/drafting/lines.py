@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import yaml
@@ -32,6 +32,13 @@ def word(text: str) -> str:
     return found if found[0].isalpha() else f"machine_{found}"
 
 
+def system_file(comments: Sequence[str], name: str, sections: Mapping[str, Sequence[str]]) -> str:
+    """Return the text of a system file: comments, its name, and the sections that have lines."""
+    head = [*(f"# {each}" for each in comments), "schema: system/1", f"name: {word(name)}"]
+    body = [line for key, lines in sections.items() if lines for line in (f"{key}:", *lines)]
+    return "\n".join([*head, *body]) + "\n"
+
+
 def one_line(text: str) -> str:
     """Return a text for a comment, on one printable line."""
     line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
@@ -39,25 +46,18 @@ def one_line(text: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is.
-
-    Examples:
-        >>> quoted("N m"), quoted("%"), quoted("yes"), quoted("a\\x1b: b")
-        ('N m', '"%"', '"yes"', '"a\\\\e: b"')
-    """
+    """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is."""
     if _PLAIN.fullmatch(text) and yaml.safe_load(text) == text:
         return text
     return str(yaml.dump(text, default_style='"', allow_unicode=True, width=sys.maxsize)).rstrip("\n")
 
 
-def identified(value: float, unit: str) -> str:
-    """Return an entry of an uncertain parameter between a tenth of a value and ten times it.
-
-    Takes value in SI.
+def identified(value: float, unit: str, bounds: tuple[float, float] | None = None) -> str:
+    """Return an entry of an uncertain parameter, by default between a tenth of its value and ten times it.
 
     Examples:
         >>> identified(0.02, "kg m^2")
         '{value: 0.02, unit: kg m^2, identify: true, bounds: [0.002, 0.2]}'
     """
-    low, high = value / 10.0, 10.0 * value
+    low, high = bounds or (value / 10.0, 10.0 * value)
     return f"{{value: {value:.3g}, unit: {quoted(unit)}, identify: true, bounds: [{low:.3g}, {high:.3g}]}}"

@@ -106,12 +106,7 @@ _THINGS = "tank valve pump ventil pumpe throttle state encoder enc fill press"
 
 @dataclass(frozen=True)
 class Meaning:
-    """Quantity and unit of a column by its name.
-
-    Attributes:
-        role: probable quantity; None: neither tells.
-        unit: its unit; None: neither tells.
-    """
+    """Quantity and unit of a column by its name; None where neither tells."""
 
     role: Role | None
     unit: str | None
@@ -135,20 +130,7 @@ def _cased(name: str) -> list[str]:
 
 
 def meaning_of(name: str, given: str | None = None) -> Meaning:
-    """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit.
-
-    Examples:
-        >>> names = ("goal_position", "tau_con1", "T_water_degC", "P_heater_kW", "T_set", "theta_m", "enc_a")
-        >>> for name in names:
-        ...     print(name, *meaning_of(name).__dict__.values())
-        goal_position Role.GOAL None
-        tau_con1 Role.EFFORT None
-        T_water_degC Role.TEMPERATURE degC
-        P_heater_kW Role.POWER kW
-        T_set Role.SET_POINT None
-        theta_m Role.POSITION None
-        enc_a Role.POSITION None
-    """
+    """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit."""
     told = [] if {*_FLAGS.split()} & {*words_of(name)} else _told(name)
     unit = known_unit(given) or bracketed(name) or _ending(name, told)
     fitting = [role for word, role in told if unit is None or _fits(role, unit, word)]

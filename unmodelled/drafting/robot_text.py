@@ -11,11 +11,11 @@ from unmodelled.base.errors import BadInput
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint, with_goal
 from unmodelled.drafting.lines import numbered, one_line, quoted, word
+from unmodelled.drafting.units import si_unit
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.files import robot_text
-from unmodelled.systems.units import parse_logged
 
 #: Bounds of the torque constant of a drive, N m/A.
 CONSTANTS = 0.001, 1000.0
@@ -38,9 +38,10 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     drives = dict(zip(joints, (item.name for item in system.inputs), strict=False))
     by_name = "# Joints are those of the logs by their names."
     in_order = "# Question: joints are those of the logs in their order. Is it so?"
+    named = all(joint in pairs[joint][1].position.signal.address for joint in order)
     lines = [
         "# The robot file is the known physics. Its dry friction is left out: a diagnosis looks for it.",
-        by_name if _named(order, pairs) else in_order,
+        by_name if named else in_order,
         *("schema: system/1", f"name: {word(name)}", f"model: {quoted(robot.name)}", "inputs:"),
         *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
         "outputs:",
@@ -106,12 +107,8 @@ def _pairs(
     )
 
 
-def _named(joints: Sequence[str], pairs: dict[str, tuple[str, Joint]]) -> bool:
-    return all(joint in pairs[joint][1].position.signal.address for joint in joints)
-
-
 def _is_current(joint: Joint) -> bool:
-    return joint.drive is not None and parse_logged(joint.drive.unit)[0].text == "A"
+    return joint.drive is not None and si_unit(joint.drive.unit) == "A"
 
 
 def _input(joint: str, name: str, number: str, found: Joint) -> str:

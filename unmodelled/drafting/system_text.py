@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from unmodelled.drafting.balance_text import balance_text, over_unit
-from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint
-from unmodelled.drafting.lines import identified, numbered, one_line, word
+from unmodelled.drafting.lines import identified, numbered, one_line, system_file
 from unmodelled.drafting.names import Role, is_measured
+from unmodelled.drafting.units import si_unit
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
 #: Other columns that are named in a comment.
@@ -25,23 +25,19 @@ def system_text(draft: Draft, name: str) -> str:
     if draft.balances:
         return balance_text(draft.balances, name)
     joints = list(numbered(draft.joints))
-    inputs = [line for k, joint in joints for line in _input(k, joint)]
     sections = {
         "states": [line for k, joint in joints for line in _states(k, joint)],
-        "inputs": inputs,
+        "inputs": [line for k, joint in joints for line in _input(k, joint)],
         "outputs": [line for k, joint in joints for line in _outputs(k, joint)],
         "parameters": [line for k, joint in joints for line in _parameters(k, joint)],
         "ports": [_port(k, joint) for k, joint in joints],
         "dynamics": [line for k, joint in joints for line in _dynamics(k, joint)],
     }
-    head = [
-        "# A first model: one body per position that moves. It lacks what you know of the machine: gravity,",
-        "# gears, coupling between joints. Add that, answer the questions, and run simulate again.",
-        "schema: system/1",
-        f"name: {word(name)}",
-    ]
-    body = [line for key, lines in sections.items() if lines for line in (f"{key}:", *lines)]
-    return "\n".join([*head, *body]) + "\n"
+    comments = (
+        "A first model: one body per position that moves. It lacks what you know of the machine: gravity,",
+        "gears, coupling between joints. Add that, answer the questions, and run simulate again.",
+    )
+    return system_file(comments, name, sections)
 
 
 def _units(joint: Joint) -> tuple[str, str, str, str]:
@@ -71,14 +67,11 @@ def _input(k: str, joint: Joint) -> list[str]:
     if joint.others:
         said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
     measured = ", commanded: false" if is_measured(joint.drive.signal.address) else ""
-    lines = [*closed, f"  u{k}: {{unit: {_si(joint.drive)}{measured}}}  # {one_line(said)}"]
+    lines = [*closed, f"  u{k}: {{unit: {si_unit(joint.drive.unit)}{measured}}}  # {one_line(said)}"]
     if joint.against is not None:
-        lines.append(f"  u{k}_2: {{unit: {_si(joint.against)}}}  # {one_line(joint.against.signal.address)}")
+        second = one_line(joint.against.signal.address)
+        lines.append(f"  u{k}_2: {{unit: {si_unit(joint.against.unit)}}}  # {second}")
     return lines
-
-
-def _si(channel: Channel) -> str:
-    return parse_logged(channel.unit)[0].text or "1"
 
 
 def _outputs(k: str, joint: Joint) -> list[str]:
@@ -118,18 +111,17 @@ def _body(k: str, joint: Joint) -> list[str]:
         lines = [f"  # Question: which column drives q{k}? None was found.", *lines]
     if joint.drive is not None and (unit := _factor(joint)) is not None:
         area = f" (the area of its piston, m^2). {PISTON:g} is a guess." if factor != 1.0 else ""
-        own = _si(joint.drive)
+        own = si_unit(joint.drive.unit)
         one = f"u{k} = 1" if own == "1" else f"one {own} of u{k}"
         lines.append(f"  # Question: which {effort} does {one} make?{area}")
         lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
     if joint.against is not None:
         lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
         lines.append(f"  k{k}_2: {identified(factor * joint.against.scale, 'N/Pa')}")
-    bounds = f"identify: true, bounds: [0, {max(10.0 * damping, size):.3g}]"
     return [
         *lines,
         f"  J{k}: {identified(size, inertia)}",
-        f"  b{k}: {{value: {damping:.3g}, unit: {effort} s/{position}, {bounds}}}",
+        f"  b{k}: {identified(damping, f'{effort} s/{position}', (0.0, max(10.0 * damping, size)))}",
     ]
 
 

@@ -40,12 +40,7 @@ _BRACKET = re.compile(r"[\[(]([^\[\]()]*[^\W\d_%°][^\[\]()]*|\s*[%°]\s*)[\])]\
 
 
 def known_unit(text: str | None) -> str | None:
-    """Return a unit as this package writes it; None for another text.
-
-    Examples:
-        >>> known_unit("RPM"), known_unit("m3/h"), known_unit("l/min"), known_unit("left")
-        ('rpm', 'm^3/h', 'l/min', None)
-    """
+    """Return a unit as this package writes it; None for another text."""
     if not text or not text.strip():
         return None
     text = text.strip()
@@ -59,23 +54,13 @@ def known_unit(text: str | None) -> str | None:
 
 
 def bracketed(name: str) -> str | None:
-    """Return the unit in brackets at the end of a name; None if there is none.
-
-    Examples:
-        >>> bracketed("speed [rpm]"), bracketed("pump (%)"), bracketed("state[hip.pos]"), bracketed("q[3]")
-        ('rpm', '%', None, None)
-    """
+    """Return the unit in brackets at the end of a name; None if there is none, as in `q[3]`."""
     found = _BRACKET.search(name)
     return known_unit(found[1]) if found else None
 
 
 def ending(name: str) -> tuple[str, bool] | None:
-    """Return the unit that the last word of a name may be; None if it is none.
-
-    Examples:
-        >>> ending("P_heater_kW"), ending("theta_m"), ending("vel_rad_s"), ending("kW"), ending("pos")
-        (('kW', False), ('m', True), ('rad/s', False), ('kW', False), None)
-    """
+    """Return the unit that the last word of a name may be, and whether it is a letter; None if it is none."""
     words = [word for word in _WORD.findall(name) if word not in ("per", "pro")]
     if len(words) > 2 and words[-2] in _ABOVE and words[-1] in _BELOW:
         return f"{words[-2].replace('3', '^3')}/{_BELOW[words[-1]]}", False
@@ -98,12 +83,7 @@ def _apart(word: str) -> list[str]:
 
 
 def of_temperature(name: str) -> str | None:
-    """Return the unit that the last letter of the name of a temperature is; None if it is none.
-
-    Examples:
-        >>> of_temperature("temp_c"), of_temperature("temperature")
-        ('degC', None)
-    """
+    """Return the unit that the last letter of the name of a temperature is; None if it is none."""
     words = _WORD.findall(name)
     return _DEGREES.get(words[-1]) if len(words) > 1 else None
 
@@ -113,9 +93,14 @@ def dimension_of(unit: str) -> Dimension:
     return parse_logged(unit)[0].dimension
 
 
+def si_unit(unit: str) -> str:
+    """Return the SI unit of a known unit, as it is written."""
+    return parse_logged(unit)[0].text or "1"
+
+
 def is_angle(unit: str) -> bool:
     """Return whether a unit without a dimension is that of an angle."""
-    return dimension_of(unit) == ONE and parse_logged(unit)[0].text == "rad"
+    return dimension_of(unit) == ONE and si_unit(unit) == "rad"
 
 
 def is_position(unit: str) -> bool:

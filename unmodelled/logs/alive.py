@@ -17,10 +17,7 @@ MOVES = 0.5
 
 
 def check_alive(system: System, logs: Sequence[Columns], faults: Faults) -> None:
-    """Refuse outputs that change in no experiment, or that stand still while their drives move.
-
-    Takes logs in SI.
-    """
+    """Refuse outputs that change in no experiment, or stand still while their drives move; logs are in SI."""
     for output in system.outputs:
         moving = [log for log in logs if _change(log, output) > 0.0]
         for log in (log for log in logs if _change(log, output) == 0.0):
@@ -34,9 +31,7 @@ def check_alive(system: System, logs: Sequence[Columns], faults: Faults) -> None
 
 
 def is_dead(system: System, output: Output, moving: Sequence[Columns], still: Columns) -> bool:
-    """Return whether an output stands still although its drive and the model say that it should
-    have moved.
-    """
+    """Return whether an output stands still although its drive and the model say that it should move."""
     drives = drives_of(system, output)
     steady = not any(_change(each, u) for each in moving for u in drives)
     size = _largest if steady else _change

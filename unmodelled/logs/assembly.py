@@ -25,12 +25,11 @@ from unmodelled.logs.clock import (
     uniform_clock,
 )
 from unmodelled.logs.constants import logged, part_name, with_constants
-from unmodelled.logs.inspection.finding import sentences
-from unmodelled.logs.inspection.inspect import inspected
+from unmodelled.logs.inspection.inspect import inspected, sentences
 from unmodelled.logs.measurements import Continued, M
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
-from unmodelled.logs.table import SMALLEST, Columns, Rows, check_header, check_texts, numbers
+from unmodelled.logs.table import SMALLEST, Columns, TextTable, check_header, check_texts
 from unmodelled.systems.model import Input, Output, System
 
 Array = NDArray[np.float64]
@@ -61,11 +60,21 @@ def in_si(log: Columns, system: System) -> Columns:
     return replace(log, values=values)
 
 
+def checked_in_si(log: Columns, system: System) -> Columns:
+    """Return a log in SI units; refuse one without a usable clock, or whose outputs change too little."""
+    faults = Faults()
+    with faults.collected():
+        check_time(log)
+    with faults.collected():
+        check_size(log, system)
+    faults.check()
+    return in_si(log, system)
+
+
 def assembled(
     kind: type[M],
     system: System,
-    path: Path,
-    table: tuple[list[str], Rows],
+    table: TextTable,
     logs: Sequence[Columns],
     provenance: Mapping[str, Any],
     faults: Faults,
@@ -74,14 +83,14 @@ def assembled(
     found = Faults()
     check_alive(system, logs, faults)
     with found.collected():
-        experiments = _experiments(path, *table, system)
-        with_constants(system, experiments, _places(path, experiments))
+        experiments = _experiments(table, system)
+        with_constants(system, experiments, _places(table.path, experiments))
     with found.collected():
         faults.check()
     found.check()
     logs, looked = inspected(system, list(experiments["id"]), logs)
     experiments, logs, cuts = _without_gaps(system, experiments, logs)
-    experiments, notes = with_constants(system, experiments, _places(path, experiments))
+    experiments, notes = with_constants(system, experiments, _places(table.path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
     notes = [*notes, *sentences(looked), *cuts]
     return prepare(system, _measurements(kind, system, experiments, logs, period, notes, provenance))
@@ -103,7 +112,8 @@ def _without_gaps(
             moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, pieces, system)]
             if not moving:
                 raise BadInput(f"{log.path}: column t: gaps leave no part in which an output changes")
-            found += [moving[0], *(_after(a, b) for a, b in pairwise(moving))]
+            since = [float(b.values["t"][0] - a.values["t"][-1]) for a, b in pairwise(moving)]
+            found += [moving[0], *(replace(b, since=s) for b, s in zip(moving[1:], since, strict=True))]
             rows += [row] * len(moving)
             ids += [name] if len(pieces) == 1 else [part_name(name, k) for k in range(1, len(moving) + 1)]
             if len(pieces) > 1:
@@ -121,11 +131,6 @@ def _without_gaps(
     return experiments.iloc[rows].assign(id=ids), found, notes
 
 
-def _after(before: Columns, piece: Columns) -> Columns:
-    """A piece of a log with the time since the one before."""
-    return replace(piece, since=float(piece.values["t"][0] - before.values["t"][-1]))
-
-
 def _moving(piece: Columns, pieces: Sequence[Columns], system: System) -> bool:
     """Whether an output changes in a piece of a log, and none is dead there."""
     still = [o for o in system.outputs if np.ptp(piece.values[o.column]) < SMALLEST]
@@ -134,40 +139,28 @@ def _moving(piece: Columns, pieces: Sequence[Columns], system: System) -> bool:
     return len(still) < len(system.outputs) and not any(dead)
 
 
-def check_log(log: Columns, system: System) -> None:
-    """Refuse a log without a usable clock, or with an output that changes too little."""
-    faults = Faults()
-    with faults.collected():
-        check_time(log)
-    with faults.collected():
-        check_size(log, system)
-    faults.check()
-
-
-def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> pd.DataFrame:
+def _experiments(table: TextTable, system: System) -> pd.DataFrame:
     """The table, with the numbers of its rows in the file as index."""
-    constants, faults = logged(system), Faults()
-    units = {constant.name: constant.logged for constant in system.operating_point}
+    constants, faults, rows = logged(system), Faults(), [row for row, _ in table.rows]
     if not rows:
-        raise BadInput(f"{path}: row 1: column id: no experiments below it")
+        raise BadInput(f"{table.path}: row 1: column id: no experiments below it")
     with faults.collected():
-        check_header(path, header, ["id", "file", *constants])
-    at = {name: k for k, name in enumerate(header) if name}
-    table: dict[str, list[Any]] = {name: [cells[k] for _, cells in rows] for name, k in at.items()}
+        check_header(table.path, table.header, ["id", "file", *constants])
+    found: dict[str, list[Any]] = {name: table.column(name) for name in table.header if name}
     with faults.collected():
-        _check_ids(path, [row for row, _ in rows], table["id"])
-    for name in [name for name in constants if name in at]:
+        _check_ids(table.path, rows, found["id"])
+    for constant in (each for each in system.operating_point if each.name in {*constants} & {*found}):
         with faults.collected():
-            values, unit = np.array(numbers(path, name, rows, at[name])), units.get(name)
-            table[name] = list(values if unit is None else unit.to_si(values))
+            values = np.array(table.numbers(constant.name))
+            found[constant.name] = list(values if constant.logged is None else constant.logged.to_si(values))
     faults.check()
-    if "group" in table:  # an experiment without a group is one of its own
-        table["group"] = [group or name for group, name in zip(table["group"], table["id"], strict=True)]
-    for name in set(table) - {"id", "file", "group", *constants}:
-        if all(NUMBER.fullmatch(cell) for cell in table[name]):
-            table[name] = [float(cell) for cell in table[name]]
-    experiments = pd.DataFrame(table, index=[row for row, _ in rows])
-    check_texts(path, experiments, experiments.index)
+    if "group" in found:  # an experiment without a group is one of its own
+        found["group"] = [group or name for group, name in zip(found["group"], found["id"], strict=True)]
+    for name in set(found) - {"id", "file", "group", *constants}:
+        if all(NUMBER.fullmatch(cell) for cell in found[name]):
+            found[name] = [float(cell) for cell in found[name]]
+    experiments = pd.DataFrame(found, index=rows)
+    check_texts(table.path, experiments, rows)
     return experiments
 
 
@@ -211,7 +204,7 @@ def _measurements(
         u[:, j] = _read([log.values[item.column] for log in logs], pairs, "linear")
     return kind.without_states(
         system,
-        experiments=experiments,
+        experiments,
         period=period,
         offsets=offsets,
         t=np.concatenate([period * np.arange(len(clock)) for clock in clocks]),
@@ -219,18 +212,19 @@ def _measurements(
         u=u,
         notes=tuple(notes),
         provenance=provenance,
+        delays=(0.0,) * len(system.inputs),
         continues=_continued(ids, logs, period),
     )
 
 
 def _continued(ids: Sequence[str], logs: Sequence[Columns], period: float) -> tuple[Continued | None, ...]:
-    """The experiment that every experiment continues, unless a long gap lies between."""
+    """The experiment that every experiment continues, unless a long gap lies between; () if none does."""
     found, seconds = list[Continued | None](), 0.0
     for before, log in zip(["", *ids[:-1]], logs, strict=True):
         since = log.since if log.since is not None and log.since <= LONGEST_BRIDGE * seconds else None
         seconds = float(np.ptp(log.values["t"])) + (0.0 if since is None else seconds + since)
         found.append(None if since is None else Continued(before, max(1, round(since / period))))
-    return tuple(found)
+    return tuple(found) if any(found) else ()
 
 
 def _wrapped(angle: Array) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import Decimal
 from numbers import Real
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, Faults
 
 Array = NDArray[np.float64]
 
@@ -18,11 +19,17 @@ Array = NDArray[np.float64]
 LARGEST = 1e100
 
 
-def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
-    """Return the finite numbers in a column of a data frame; dates and durations in `t` in s since the first.
+def frame_columns(path: Path, columns: Mapping[str, pd.Series]) -> dict[str, Array]:
+    """Return the finite numbers (rows,) of columns of a frame; dates in `t` as s since the first one."""
+    faults, values = Faults(), dict[str, Array]()
+    for name, column in columns.items():
+        with faults.collected():
+            values[name] = _frame_numbers(path, name, column)
+    faults.check()
+    return values
 
-    Gives (rows,).
-    """
+
+def _frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
     kind = column.dtype
     if name == "t" and (since := _since_first(column)) is not None:
         return since
@@ -65,10 +72,7 @@ def _number(cell: object) -> float | None:
 
 
 def check_finite(path: Path, column: str, values: Array) -> None:
-    """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
-
-    Takes values (samples,).
-    """
+    """Refuse numbers (samples,) of a file without a header that are not finite, or beyond any measurement."""
     bad = np.flatnonzero(~(np.abs(values) < LARGEST))
     if len(bad):
         cell = "an empty cell" if np.isnan(values[bad[0]]) else str(values[bad[0]])

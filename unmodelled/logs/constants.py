@@ -35,10 +35,13 @@ def with_constants(
     for constant in system.operating_point:
         if constant.values is None:
             continue
-        columns[constant.name] = [
-            _value(system, constant, constant.value(_listed(constant, name)), name, place)
-            for name, place in zip(experiments["id"], places, strict=True)
-        ]
+        columns[constant.name] = [constant.value(_listed(constant, name)) for name in experiments["id"]]
+        for name, place, value in zip(experiments["id"], places, columns[constant.name], strict=True):
+            if value is None:
+                raise BadInput(
+                    f"{place}: the experiment {name!r} is not in operating_point.{constant.name}.values of "
+                    f"the system {system.name}, which has no other value"
+                )
         others = [name for name in experiments["id"] if not is_given(constant, name)]
         if others:
             until = " until their own is fitted" if constant.identify else ""
@@ -50,24 +53,10 @@ def with_constants(
 
 
 def is_given(constant: Constant, name: str) -> bool:
-    """Return whether the system file lists the value of an experiment.
-
-    Examples:
-        >>> is_given(Constant("wear", "N", {"run1": 0.1}), "run1.part2")
-        True
-    """
+    """Return whether the system file lists the value of an experiment, or of the log that it is a part of."""
     return _listed(constant, name) in (constant.values or ())
 
 
 def _listed(constant: Constant, name: str) -> str:
     """The id under which a constant has its value: of a part without a value of its own, that of the log."""
     return name if name in (constant.values or ()) else name.rpartition(PART)[0] or name
-
-
-def _value(system: System, constant: Constant, value: float | None, name: str, place: str) -> float:
-    if value is None:
-        raise BadInput(
-            f"{place}: the experiment {name!r} is not in operating_point.{constant.name}.values of the "
-            f"system {system.name}, which has no other value"
-        )
-    return value

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from itertools import pairwise
 from math import comb, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
-
-from unmodelled.logs.savitzky_golay import filtered, kernel
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+#: Order of the polynomial; order 4 has the same derivative in the middle and is noisier at the ends.
+ORDER = 3
 #: Samples that choose the width.
 ENOUGH = 300_000
 #: Of double precision.
@@ -23,20 +24,11 @@ PLATEAU, PLATEAUS, LEVELS, AT_ONCE = 100.0, 10, 4, 2
 
 
 def noise(y: Array) -> float:
-    """Estimate the standard deviation of the white or quantisation noise on one smooth signal.
+    """Estimate the standard deviation of the white or quantisation noise on one smooth signal (samples,).
 
     Differences of order k remove a smooth signal and multiply the variance of white noise by C(2k, k). The
     order with the lowest estimate is taken; the median makes it robust to corners and jumps. A quantised
     signal has at least the noise of its quantum, quantum / sqrt(12).
-
-    Takes y (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> t = np.linspace(0.0, 1.0, 2000)
-        >>> y = np.sin(5.0 * t) + 0.01 * np.random.default_rng(0).standard_normal(2000)
-        >>> print(f"{noise(y):.3f}")
-        0.010
     """
     difference, estimates = np.diff(y), []
     for order in range(2, 9):
@@ -46,23 +38,12 @@ def noise(y: Array) -> float:
 
 
 def resolution(parts: Sequence[Array]) -> float:
-    """Return the smallest quantum that any experiment shows; 0 if there is none.
-
-    Takes parts (samples,).
-    """
+    """Return the smallest quantum that any of the experiments (samples,) shows; 0 if there is none."""
     return min(filter(None, map(quantum, parts)), default=0.0)
 
 
 def quantum(y: Array) -> float:
-    """Return the step that separates the levels of a visibly quantised signal; 0 if there is none.
-
-    Takes y (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> print(f"{quantum(np.round(np.sin(np.linspace(0.0, 6.0, 1000)), 1)):.3g}")
-        0.1
-    """
+    """Return the step between the levels of a visibly quantised signal (samples,); 0 if there is none."""
     levels = np.unique(y)
     rounding = max(1e-9 * float(levels[-1] - levels[0]), 4.0 * EPSILON * float(np.max(np.abs(levels))))
     step = 0.0
@@ -73,9 +54,7 @@ def quantum(y: Array) -> float:
 
 
 def _common_step(sizes: Array) -> float:
-    """Return the step of which nearly all sizes are whole multiples, about the smallest size; 0 if there is
-    none.
-    """
+    """The step of which nearly all sizes are whole multiples, about the smallest size; 0 if there is none."""
     if len(sizes) == 0:
         return 0.0
     step = float(np.median(sizes[sizes < 1.5 * sizes.min()]))
@@ -105,22 +84,13 @@ def _plateau_step(y: Array, rounding: float) -> float:
 
 
 def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tuple[Array, Array, int]:
-    """Estimate position and velocity from sampled positions by the filter of Savitzky and Golay.
+    """Estimate position and velocity from positions (samples,) by the filter of Savitzky and Golay.
 
     One width serves all experiments, so that the estimator is the same everywhere: the one with the smallest
     expected square error of the velocity, the noise that passes the filter plus the bias. The bias of a width
     shows in how far its velocity lies from that of half the width, beyond what the noise explains. The first
     and last samples of an experiment, where half a window is missing, have a width of their own, chosen in
     the same way for one-sided windows.
-
-    Takes y (samples,), offsets (experiments + 1,), period in s; gives (samples,).
-
-    Examples:
-        >>> import numpy as np
-        >>> t = 0.01 * np.arange(200)
-        >>> _, velocity, _ = smooth_derivative(np.sin(t), np.array([0, 200]), 0.01)
-        >>> bool(np.abs(velocity - np.cos(t)).max() < 1e-3)
-        True
     """
     parts = [y[a:b] for a, b in pairwise(offsets)]
     some = parts[:: max(1, round(len(y) / ENOUGH))]
@@ -182,3 +152,47 @@ def _power(parts: list[Array], kernel: Array) -> float:
 def _kernel(width: int, derivative: int, centred: bool) -> Array:
     """Coefficients for convolution; the value is that at the middle or, not centred, the last sample."""
     return kernel(width, derivative, width // 2 if centred else width - 1)
+
+
+# Filter of Savitzky and Golay (1964): least squares by a cubic over a window that moves along the samples.
+# SciPy has it too, in a package that takes half a second to load, and fits the cubic anew at each call. What
+# depends on the window alone is computed once, and must not be written to.
+
+
+@cache
+def kernel(width: int, derivative: int, position: int) -> Array:
+    """Return the coefficients (width,) that a window of samples is convolved with."""
+    return np.array((_powers(width, derivative, position)[0] @ _fit(width))[::-1])
+
+
+def filtered(y: Array, width: int, derivative: int, period: float) -> Array:
+    """Return smoothed samples (samples,) or their slopes; half a window at either end lies on one cubic."""
+    begin, end = _ends(width, derivative)
+    parts = (
+        begin @ (_fit(width) @ y[:width]),
+        np.convolve(y, kernel(width, derivative, width // 2), "valid"),
+        end @ (_fit(width) @ y[-width:]),
+    )
+    return np.asarray(np.concatenate(parts) / period**derivative)
+
+
+@cache
+def _fit(width: int) -> Array:
+    """Coefficients of the cubic by the samples (ORDER + 1, width); the window reaches from -1 to 1."""
+    return np.asarray(np.linalg.pinv(_powers(width, 0, np.arange(width))))
+
+
+@cache
+def _ends(width: int, derivative: int) -> tuple[Array, Array]:
+    """Derivatives of the powers (half a window, ORDER + 1) before and after the middle."""
+    half, positions = width // 2, np.arange(width)
+    before, after = positions[:half], positions[half + 1 :]
+    return _powers(width, derivative, before), _powers(width, derivative, after)
+
+
+def _powers(width: int, derivative: int, positions: ArrayLike) -> Array:
+    """Derivatives of the powers (positions, ORDER + 1) at samples of a window."""
+    half = width // 2
+    slopes = np.polynomial.polynomial.polyder(np.eye(ORDER + 1), derivative) / half**derivative
+    at = (np.atleast_1d(positions) - half) / half
+    return np.asarray(np.vander(at, len(slopes), increasing=True) @ slopes)

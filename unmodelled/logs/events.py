@@ -96,9 +96,7 @@ def _fall(z: Array, held: bool) -> slice | None:
 
 
 def _located(t: Array, z: Array, held: bool) -> tuple[float, float]:
-    """Return the zero of a parabola through `z`, shape (n,), at times `t`, shape (n,), and its standard
-    error.
-    """
+    """Return the zero of a parabola through z (n,) at times t (n,), and its standard error."""
     middle = float(np.median(t))
 
     def model(p: Array) -> Array:

@@ -14,14 +14,14 @@ import numpy as np
 from unmodelled.base.errors import BadInput, Faults, nearest
 from unmodelled.base.limits import check_file
 from unmodelled.base.shapes import ORIGIN, read_shaped
-from unmodelled.logs.assembly import assembled, check_log, in_si, units_of
+from unmodelled.logs.assembly import assembled, checked_in_si, units_of
 from unmodelled.logs.constants import logged
 from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.mapped import read_mapped
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import foreign
-from unmodelled.logs.table import Columns, Rows, numbers, read_columns, read_rows
+from unmodelled.logs.table import Columns, TextTable, read_columns, read_rows
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
 
@@ -64,25 +64,20 @@ def read_logs(folder: Path | str, system: SystemGiven) -> Logs:
         return mapped
     faults, provenance = Faults(), dict[str, Any]()
     if folder.is_file() and is_hdf5(folder):
-        table = folder
-        header, rows, provenance = read_campaign(folder, logged(system))
+        table, provenance = read_campaign(folder, logged(system))
     else:
         _check_folder(folder)
         if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
             return replace(prepare(system, _stored(folder, system)), source=str(folder))
-        table = folder / "experiments.csv"
-        header, rows = read_rows(table, ["id", "file"])
+        table = read_rows(folder / "experiments.csv", ["id", "file"])
     logs: list[Columns] = []
     with faults.collected():
-        header, rows, spans = _spans(table, header, rows)
-        named = [(row, cells[header.index("file")]) for row, cells in rows]
-        logs = _logs(table, named, spans, system, faults)
+        table, spans = _spans(table)
+        logs = _logs(table, spans, system, faults)
     if not folder.is_file():
         with faults.collected():
             provenance = _provenance(folder)
-    return replace(
-        assembled(Logs, system, table, (header, rows), logs, provenance, faults), source=str(folder)
-    )
+    return replace(assembled(Logs, system, table, logs, provenance, faults), source=str(folder))
 
 
 def _stored(folder: Path, system: System) -> Logs:
@@ -112,65 +107,61 @@ def _check_folder(folder: Path) -> None:
         raise BadInput(f"{folder / 'experiments.csv'}: no such file; {advice}")
 
 
-def _spans(table: Path, header: list[str], rows: Rows) -> tuple[list[str], Rows, list[tuple[float, float]]]:
+def _spans(table: TextTable) -> tuple[TextTable, list[tuple[float, float]]]:
     """The table without the columns t_from and t_to, and the span of time of every row, s."""
     faults, ends = Faults(), []
     for name, none in zip(("t_from", "t_to"), EVERYTHING, strict=True):
-        at = header.index(name) if name in header else None
-        given = [] if at is None else [(row, cells) for row, cells in rows if cells[at]]
         found: dict[int, float] = {}
-        with faults.collected():
-            found = dict(zip((row for row, _ in given), numbers(table, name, given, at or 0), strict=True))
-        ends.append([found.get(row, none) for row, _ in rows])
-    for (row, _), start, end in zip(rows, *ends, strict=True):
+        if name in table.header:
+            filled = [each for each, cell in zip(table.rows, table.column(name), strict=True) if cell]
+            with faults.collected():
+                given = replace(table, rows=filled).numbers(name)
+                found = dict(zip((row for row, _ in filled), given, strict=True))
+        ends.append([found.get(row, none) for row, _ in table.rows])
+    for (row, _), start, end in zip(table.rows, *ends, strict=True):
         if not start < end:
-            faults.add(f"{table}: row {row}: column t_to: must be after t_from = {start:g} s, got {end:g} s")
+            late = f"must be after t_from = {start:g} s, got {end:g} s"
+            faults.add(f"{table.path}: row {row}: column t_to: {late}")
     faults.check()
-    kept = [k for k, name in enumerate(header) if name not in ("t_from", "t_to")]
-    table_rows = [(row, [cells[k] for k in kept]) for row, cells in rows]
-    return [header[k] for k in kept], table_rows, list(zip(*ends, strict=True))
+    kept = [k for k, name in enumerate(table.header) if name not in ("t_from", "t_to")]
+    rows = [(row, [cells[k] for k in kept]) for row, cells in table.rows]
+    return TextTable(table.path, [table.header[k] for k in kept], rows), list(zip(*ends, strict=True))
 
 
 def _logs(
-    table: Path,
-    named: Sequence[tuple[int, str]],
-    spans: Sequence[tuple[float, float]],
-    system: System,
-    faults: Faults,
+    table: TextTable, spans: Sequence[tuple[float, float]], system: System, faults: Faults
 ) -> list[Columns]:
-    """The logs that the rows of `table` name, cut to their spans of time, those with a fault left out."""
-    units = units_of(system)
+    """The logs that the rows of a table name, cut to their spans of time, those with a fault left out."""
+    units, path = units_of(system), table.path
+    named = list(zip((row for row, _ in table.rows), table.column("file"), strict=True))
     files = {file.partition(":/")[0] for _, file in named}
-    spare = sorted({path.name for path in table.parent.iterdir()} - {table.name, *files})
+    spare = sorted({each.name for each in path.parent.iterdir()} - {path.name, *files})
     packed: dict[Address, None] = {}
     for row, file in named:
         with suppress(BadInput):  # is told below, in the order of the rows
-            place = _place(table, row, file, spare)
+            place = _place(path, row, file, spare)
             packed |= {place: None} if is_hdf5(place.file) else {}
     read, logs = read_hdf5(list(packed), units, faults), []
     ended: dict[Address, float] = {}  # of the row before, if it names a part of the same log
     for (row, file), (start, end) in zip(named, spans, strict=True):
         with faults.collected():
-            place = _place(table, row, file, spare)
+            place = _place(path, row, file, spare)
             if place not in packed and place not in read:
                 read[place] = read_columns(place.file, list(units))
             if place in read:
                 log = read[place] if (start, end) == EVERYTHING else read[place].between(start, end)
                 if not len(log) and len(read[place]):
                     when = f"{start:g} s <= t < {end:g} s"
-                    raise BadInput(f"{table}: row {row}: column t_from: {file!r} has no sample with {when}")
-                check_log(log, system)
+                    raise BadInput(f"{path}: row {row}: column t_from: {file!r} has no sample with {when}")
+                log = checked_in_si(log, system)
                 since = log.values["t"][0] - ended.get(place, np.inf)
                 ended = {place: log.values["t"][-1]}
-                logs.append(replace(in_si(log, system), since=since if since > 0.0 else None))
+                logs.append(replace(log, since=since if since > 0.0 else None))
     return logs
 
 
 def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
-    """The log that a row names; refuse what does not lie in the folder, and what is not there.
-
-    Files that no row names are `spare`.
-    """
+    """The log that a row names, inside the folder; files that no row names are `spare`."""
     posix, windows = PurePosixPath(file), PureWindowsPath(file)
     where = f"{path}: row {row}: column file"
     if not file:

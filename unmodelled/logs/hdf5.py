@@ -26,7 +26,7 @@ from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.cells import check_finite
 from unmodelled.logs.recognition import refuse_missing
-from unmodelled.logs.table import Columns, Rows
+from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.units import parse_unit
 
 if TYPE_CHECKING:
@@ -46,15 +46,10 @@ PROVENANCE = "provenance"
 
 @dataclass(frozen=True)
 class Address:
-    """Place of an experiment.
-
-    Attributes:
-        file: file of any format.
-        group: path of a group of an HDF5 file; "" is the file itself.
-    """
+    """Place of an experiment."""
 
     file: Path
-    group: str = ""
+    group: str = ""  # path in an HDF5 file; "": the file itself
 
     @property
     def path(self) -> Path:
@@ -88,10 +83,8 @@ def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Fault
     return found
 
 
-def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows, dict[str, Any]]:
-    """Read which experiments an HDF5 file holds, one in every group, as a table of text like
-    experiments.csv.
-    """
+def read_campaign(path: Path, constants: Sequence[str]) -> tuple[TextTable, dict[str, Any]]:
+    """Read the experiments in the groups of an HDF5 file as a table of text like experiments.csv."""
     place = Address(path)
     with pool_of(1) as pool:
         groups, provenance = _result(pool.submit(_limited, _groups, place, place), place)
@@ -107,7 +100,7 @@ def read_campaign(path: Path, constants: Sequence[str]) -> tuple[list[str], Rows
         (row, [name, f"{path.name}:/{name}", *(attributes.get(key, "") for key in names)])
         for row, (name, attributes) in enumerate(groups.items(), start=1)
     ]
-    return ["id", "file", *names], rows, _origin(path, provenance)
+    return TextTable(path, ["id", "file", *names], rows), _origin(path, provenance)
 
 
 def write_hdf5(
@@ -117,10 +110,7 @@ def write_hdf5(
     units: Mapping[str, str],
     provenance: Mapping[str, Any],
 ) -> None:
-    """Write a campaign as one HDF5 file, which `read_logs` takes in place of a log folder.
-
-    Takes samples (samples,).
-    """
+    """Write a campaign of samples (samples,) as one HDF5 file, which `read_logs` takes like a folder."""
     import h5py
 
     described = experiments.drop(columns="file", errors="ignore").to_dict("records")
@@ -225,14 +215,19 @@ def _check_dataset(place: Path, name: str, dataset: h5py.Dataset, unit: str) -> 
     if dataset.dtype.kind not in "fiu" or max(dataset.shape or (0,)) != math.prod(dataset.shape or (1,)):
         found = f"shape {dataset.shape} of {dataset.dtype}"[:80]
         raise BadInput(f"{where}: must be a column of numbers, got {found}")
-    plan = dataset.id.get_create_plist()
     if dataset.is_virtual or dataset.external:
         raise BadInput(f"{where}: its data lie in another file: store a copy of the data instead")
-    if any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters())):
+    if needs_plugin(dataset):
         raise BadInput(f"{where}: needs a plug-in to be unpacked: compress it with gzip")
     for own in (_text(dataset.attrs[key]) for key in ("unit", "units") if key in dataset.attrs):
         if own is not None and own.strip() != unit.strip():
             _check_unit(where, own, unit)
+
+
+def needs_plugin(dataset: h5py.Dataset) -> bool:
+    """Return whether a dataset is packed by a filter of others."""
+    plan = dataset.id.get_create_plist()
+    return any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters()))
 
 
 def _check_unit(where: str, found: str, unit: str) -> None:

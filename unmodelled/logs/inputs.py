@@ -33,15 +33,11 @@ def read_inputs(system: SystemGiven, logs: LogsGiven) -> tuple[System, Logs]:
         ('run1', 'run2', 'run3', 'run4')
     """
     known = system_of(system)
-    return known, _logs(logs, known)
-
-
-def _logs(given: Any, system: System) -> Logs:
-    if isinstance(given, Logs):
-        return given
-    if isinstance(given, str | Path):
-        return read_logs(given, system)
-    return Logs.from_frames(_frames(given), system)
+    if isinstance(logs, Logs):
+        return known, logs
+    if isinstance(logs, str | Path):
+        return known, read_logs(logs, known)
+    return known, Logs.from_frames(_frames(logs), known)
 
 
 def _frames(given: Any) -> Mapping[str, pd.DataFrame]:

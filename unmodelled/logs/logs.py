@@ -11,19 +11,22 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.campaign import Campaign
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.shapes import check_shape
+from unmodelled.logs.assembly import assembled, checked_in_si, units_of
+from unmodelled.logs.cells import frame_columns
 from unmodelled.logs.constants import logged, with_constants
-from unmodelled.logs.frames import read_frames
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.measurements import Continued, Measurements, names
-from unmodelled.logs.table import check_texts
-from unmodelled.systems.model import Logged, System
+from unmodelled.logs.recognition import refuse_missing
+from unmodelled.logs.table import Columns, TextTable, check_repeated, check_texts
+from unmodelled.systems.model import Input, Logged, Output, System
 
 Array = NDArray[np.float64]
 
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")
+ORIGIN = {"data": "measured", "description": "data frames"}
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
@@ -31,7 +34,31 @@ SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays
 class Logs(Measurements):
     """Measured experiments of one campaign, frozen, with the forms in which they are read and written.
 
-    The attributes, such as the outputs `y` and the inputs `u`, are those of `measurements.Measurements`.
+    The samples of all experiments stand one after the other: experiment `i` owns the rows
+    `offsets[i]:offsets[i + 1]`. Units are those of the system file.
+
+    Attributes:
+        outputs: names of the outputs, in the order of the columns of `y`.
+        inputs: names of the inputs, in the order of the columns of `u`.
+        states: names of the states, in the order of the columns of `x`.
+        constants: names of the constants of the operating point, in the order of the columns of `c`.
+        ids: names of the experiments.
+        experiments: table with `id`, `file`, `group` if there is one, the operating point and further
+            columns, a row per experiment.
+        period: sampling period, s.
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+        t: time since the start of the experiment, shape (samples,), s.
+        y: measured outputs, angles unwrapped, shape (samples, outputs).
+        u: inputs after `delays`, shape (samples, inputs).
+        c: constants of the operating points, shape (experiments, constants).
+        x: estimated states, shape (samples, states).
+        measured: True per state that an output shows, itself or its position.
+        notes: sentences on what was done to the data.
+        provenance: origin of the data; `data` is "measured" or "virtual".
+        delays: delays that `u` includes already, one per input, s; none where it is empty.
+        continues: experiment that every experiment continues, None where a record begins; empty where none
+            continues another. States that no output shows go on from there.
+        source: folder that the logs were read from, "" where there is none.
     """
 
     @classmethod
@@ -60,7 +87,14 @@ class Logs(Measurements):
             inputs: torque
             note: omega was estimated from theta by smoothing differentiation over 21 samples
         """
-        return read_frames(cls, frames, system, experiments)
+        table, faults, logs = _table(list(frames), experiments), Faults(), []
+        if frames:
+            refuse_missing("experiments: row 1", "the table", table.header, logged(system))
+        for name, frame in frames.items():
+            with faults.collected():
+                log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
+                logs.append(checked_in_si(log, system))
+        return assembled(cls, system, table, logs, ORIGIN, faults)
 
     def write(self, folder: Path) -> None:
         """Write a store that `read_logs` reads back exactly.
@@ -100,14 +134,12 @@ class Logs(Measurements):
             raise BadInput(
                 f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
             )
-        columns = {"t": self.t}
-        columns |= {o.column: as_logged(o, self.y[:, j]) for j, o in enumerate(system.outputs)}
-        columns |= {i.column: as_logged(i, self.u[:, j]) for j, i in enumerate(system.inputs)}
-        units = {o.column: o.column_unit for o in system.outputs}
-        units |= {i.column: i.column_unit for i in system.inputs}
+        items: list[Output | Input] = [*system.outputs, *system.inputs]
+        signals = zip(items, (*self.y.T, *self.u.T), strict=True)
+        columns = {"t": self.t, **{item.column: as_logged(item, values) for item, values in signals}}
         samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
         given = {c.name: as_logged(c, self.experiments[c.name].to_numpy()) for c in system.operating_point}
-        write_hdf5(path, self.experiments.assign(**given), samples, {"t": "s", **units}, self.provenance)
+        write_hdf5(path, self.experiments.assign(**given), samples, units_of(system), self.provenance)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
@@ -134,9 +166,10 @@ class Logs(Measurements):
             .T.copy()
             for kind, group in zip("yu", (outputs, inputs), strict=True)
         )
+        continues = tuple(Continued(*each) if each else None for each in header.get("continues", ()))
         return cls.without_states(
             system,
-            experiments=table,
+            table,
             period=header["period"],
             offsets=store.offsets,
             t=np.asarray(store.signals["t"], np.float64),
@@ -146,7 +179,7 @@ class Logs(Measurements):
             provenance=provenance,
             # a store that does not say after which delays its inputs act was written for this system
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
-            continues=tuple(Continued(*each) if each else None for each in header.get("continues", ())),
+            continues=continues if any(continues) else (),
         )
 
 
@@ -177,8 +210,35 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
 
 
 def as_logged(item: Logged, values: Array) -> Array:
-    """Return values of a signal in the unit of its column.
-
-    Takes values (any shape); gives (shape of the given).
-    """
+    """Return values (any shape) of a signal in the unit of its column."""
     return values if item.logged is None else item.logged.from_si(values)
+
+
+def _table(ids: list[str], experiments: pd.DataFrame | None) -> TextTable:
+    """The table of data frames as experiments.csv would be; the files are the ids."""
+    if experiments is not None and (unknown := set(ids) ^ set(experiments.index)):
+        raise BadInput(
+            f"experiments: its index and the frames must have the same ids; {min(unknown)!r} is in one only"
+        )
+    more = [] if experiments is None else [name for name in experiments.columns if name not in ("id", "file")]
+    rows = []
+    for row, name in enumerate(ids, start=2):
+        cells = [] if experiments is None else experiments.loc[name, more].tolist()
+        rows.append((row, [str(cell).strip() for cell in (name, name, *cells)]))
+    return TextTable(Path("experiments"), ["id", "file", *map(str, more)], rows)
+
+
+def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
+    """Return the wanted columns of a frame; `path` is its name in messages."""
+    frame = _with_time(frame)
+    names = [str(name) for name in frame.columns]
+    check_repeated(path, names)
+    refuse_missing(f"{path}: row 1", "the frame", names, wanted)
+    found = frame_columns(path, {name: frame.iloc[:, names.index(name)] for name in wanted})
+    return Columns(path, found, header=False)
+
+
+def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the frame with a column t: its index stands for a missing one, unless it only counts rows."""
+    counts = pd.api.types.is_integer_dtype(frame.index.dtype)
+    return frame if "t" in frame.columns or counts else frame.assign(t=frame.index)

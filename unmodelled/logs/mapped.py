@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from unmodelled.base.errors import BadInput, Faults, closest
-from unmodelled.logs.assembly import assembled, check_log, in_si
+from unmodelled.logs.assembly import assembled, checked_in_si
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
@@ -32,30 +32,11 @@ from unmodelled.logs.record import (
     parts_of,
 )
 from unmodelled.logs.signals import Channel, channels_of
-from unmodelled.logs.table import Columns
+from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
 
-
-@dataclass(frozen=True)
-class Samples(Columns):
-    """Columns of an experiment whose rows were chosen from those of a file.
-
-    Attributes:
-        numbers: number of every sample's row in the file, shape (samples,).
-    """
-
-    numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))
-
-    def row(self, i: int) -> int:
-        """Return the row of a sample in its file."""
-        return int(self.numbers[min(i, len(self.numbers) - 1)]) if len(self.numbers) else 1
-
-
-@dataclass(frozen=True)
-class _Experiment:
-    name: str
-    log: Samples
-    described: Mapping[str, str]
+#: Cells of an experiment in the table (id, file and constants of the mapping), and its log.
+_Experiment = tuple[list[str], Columns]
 
 
 def read_mapped(place: Path, system: System) -> Logs | None:
@@ -79,19 +60,15 @@ def read_mapped(place: Path, system: System) -> Logs | None:
         with faults.collected():
             found += _experiments(name, record, channels, told, len(records))
     logs: list[Columns] = []
-    for experiment in found:
+    for _, log in found:
         with faults.collected():
-            check_log(experiment.log, system)
-            logs.append(in_si(experiment.log, system))
-    header = ["id", "file", *mapping.constants]
-    rows = [
-        (row, [each.name, str(each.log.path), *each.described.values()])
-        for row, each in enumerate(found, start=1)
-    ]
-    if not rows:
+            logs.append(checked_in_si(log, system))
+    if not found:
         faults.check()
+    rows = list(enumerate((cells for cells, _ in found), start=1))
+    table = TextTable(Path(f"{path}: experiments"), ["id", "file", *mapping.constants], rows)
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
-    logs_of = assembled(Logs, system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
+    logs_of = assembled(Logs, system, table, logs, origin, faults)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 
@@ -144,11 +121,11 @@ def _experiments(
         column = record.mapping.time.column if record.mapping.time else None
         node = column.node if column else channels[0].signal.column.node
         raise node.wrong(
-            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].name}: "
+            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].item.name}: "
             "check the columns, and the unit of the time"
         )
     unusable = len(t) - len(usable)
-    _tell(told, f"rows without a time or a value of {channels[0].name}, left out", unusable)
+    _tell(told, f"rows without a time or a value of {channels[0].item.name}, left out", unusable)
     found = []
     for label, rows in _split(name, record, base, t, usable, files, told):
         ordered, late, repeated = in_order(t, rows)
@@ -156,13 +133,10 @@ def _experiments(
         _tell(told, "rows out of order, sorted by time", late)
         _tell(told, "rows that repeat a time stamp, left out", repeated)
         log = _log(record, channels, base, t, ordered, told)
-        described = {
-            key: _described(record, base, ordered, t, column)
-            for key, column in record.mapping.constants.items()
-        }
-        found += [
-            _Experiment(part, cut, described) for part, cut in _cut(label, log, record.mapping.cut, told)
-        ]
+        constants = record.mapping.constants.values()
+        described = [_described(record, base, ordered, t, column) for column in constants]
+        cut = _cut(label, log, record.mapping.cut, told)
+        found += [([part, str(each.path), *described], each) for part, each in cut]
     return found
 
 
@@ -198,29 +172,29 @@ def _split(
 
 def _log(
     record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Rows, told: Counter[str]
-) -> Samples:
+) -> Columns:
     """The signals of one experiment at the instants of the first one."""
     others = [channel.series(record, base, t, rows) for channel in channels]
     inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
     for channel, (_, how) in zip(channels, others, strict=True):
         if how:
-            told.setdefault(f"{channel.name} {how}", 0)
+            told.setdefault(f"{channel.item.name} {how}", 0)
     missed = int(np.count_nonzero(~inside))
     _tell(told, "rows at which a signal of another clock has no value, left out", missed)
     if not inside.any():
         raise BadInput(f"{record.path}: its signals have no time in common: check the clocks of their tables")
     values = {"t": from_start(t[rows][inside])}
-    values |= {c.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
+    values |= {c.item.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
     place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
-    return Samples(place, values, False, 0, base.table.numbered(rows[inside]))
+    return Columns(place, values, header=False, rows=base.table.numbered(rows[inside]))
 
 
-def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> list[tuple[str, Samples]]:
+def _cut(name: str, log: Columns, length: float | None, told: Counter[str]) -> list[tuple[str, Columns]]:
     """Parts of equal length, without a rest that is too short for an experiment."""
     t = log.values["t"]
     if length is None or t[-1] < 2.0 * length:
         return [(name, log)]
-    parts = list[tuple[str, Samples]]()
+    parts = list[tuple[str, Columns]]()
     with np.errstate(over="ignore", invalid="ignore"):
         end, part = -np.inf, np.floor(t / length + 1e-9)
         edges = np.flatnonzero(np.diff(part)) + 1
@@ -228,10 +202,9 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
         if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
             _tell(told, "rests of less than half the length of a cut, left out", 1)
             continue
-        values = {key: column[rows] for key, column in log.values.items()}
-        values["t"] = values["t"] - values["t"][0]
+        cut = log.among(slice(rows[0], rows[-1] + 1))
         since, end = t[rows[0]] - end if parts else None, t[rows[-1]]
-        cut = replace(log, values=values, numbers=log.numbers[rows], since=since)
+        cut = replace(cut, values={**cut.values, "t": t[rows] - t[rows[0]]}, since=since)
         parts.append((f"{name}-{int(part[rows[0]]) + 1}", cut))
     if not parts:
         raise BadInput(

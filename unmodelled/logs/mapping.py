@@ -31,28 +31,18 @@ _HERTZ = tuple(-exponent for exponent in SECOND)
 
 @dataclass(frozen=True)
 class Column:
-    """A column that a mapping names.
-
-    Attributes:
-        name: name of the column in the files.
-        node: place in the mapping, for messages.
-    """
+    """A column that a mapping names."""
 
     name: str
-    node: Node
+    node: Node  # place in the mapping, for messages
 
 
 @dataclass(frozen=True)
 class ByFile:
-    """A constant that follows from the path of a file.
+    """A constant that follows from the path of a file."""
 
-    Attributes:
-        values: value, as text, by pattern of paths relative to the mapping; the first that matches counts.
-        node: place in the mapping, for messages.
-    """
-
-    values: Mapping[str, str]
-    node: Node
+    values: Mapping[str, str]  # by pattern of paths relative to the mapping; the first that matches counts
+    node: Node  # place in the mapping, for messages
 
     def of(self, path: Path) -> str:
         """Return the value of an experiment."""
@@ -65,62 +55,36 @@ class ByFile:
 
 @dataclass(frozen=True)
 class Signal:
-    """A signal: (factor * column + offset) in `unit`.
-
-    Attributes:
-        column: column of the files.
-        unit: unit of the signal, as written; None: that of the file, otherwise that of the system file.
-        factor: `scale` with `sign`, default 1.
-        offset: summand in `unit`, default 0.
-    """
+    """A signal: (factor * column + offset) in `unit`."""
 
     column: Column
-    unit: str | None = None
-    factor: float = 1.0
-    offset: float = 0.0
+    unit: str | None = None  # as written; None: that of the file, otherwise that of the system file
+    factor: float = 1.0  # scale with sign
+    offset: float = 0.0  # in unit
 
 
 @dataclass(frozen=True)
 class Time:
-    """The clock of all tables.
-
-    Attributes:
-        column: column of the time; None: there is none.
-        seconds: seconds in a unit of the column; None: as the file says, otherwise 1.
-        period: sampling period, s, of files without a clock; None: there is a clock.
-    """
+    """The clock of all tables."""
 
     column: Column | None = None
-    seconds: float | None = None
-    period: float | None = None
+    seconds: float | None = None  # in a unit of the column; None: as the file says, otherwise 1
+    period: float | None = None  # of files without a clock, s
 
 
 @dataclass(frozen=True)
 class LogMapping:
-    """Content of a mapping file.
-
-    Attributes:
-        path: path of the mapping.
-        files: patterns of the paths of the files, relative to the folder of the mapping.
-        groups: patterns of groups (structs, folders) inside a file that are experiments; (): a file is one.
-        signals: signal by the name of a column in the system file.
-        time: clock; None: that of the format.
-        split_by: column whose runs of equal values are the experiments; None: every file is one.
-        cut: length of the parts into which every experiment is cut, s; None: not cut.
-        constants: constant of the operating point, or another description of an experiment, by name: a value,
-            a column, or values by file.
-        node: top of the file, for messages.
-    """
+    """Content of a mapping file."""
 
     path: Path
-    files: tuple[str, ...]
-    groups: tuple[str, ...]
-    signals: Mapping[str, Signal]
-    time: Time | None
-    split_by: Column | None
-    cut: float | None
-    constants: Mapping[str, Column | ByFile | str]
-    node: Node
+    files: tuple[str, ...]  # patterns relative to the folder of the mapping
+    groups: tuple[str, ...]  # patterns of experiments inside a file; (): a file is one
+    signals: Mapping[str, Signal]  # by column of the system file
+    time: Time | None  # None: that of the format
+    split_by: Column | None  # its runs of equal values are the experiments
+    cut: float | None  # length of the parts of every experiment, s
+    constants: Mapping[str, Column | ByFile | str]  # of the operating point, and other descriptions
+    node: Node  # top of the file, for messages
 
     def paths(self) -> dict[str, Path]:
         """Return the files and folders that the patterns match, by the id of their experiment, in order."""

@@ -24,15 +24,10 @@ SHORT = 0.5
 
 
 class Continued(NamedTuple):
-    """Experiment of the same record that ended before another one began.
-
-    Attributes:
-        id: its id.
-        periods: sampling periods from its last sample to the first sample of the other one.
-    """
+    """Experiment of the same record that ended before another one began."""
 
     id: str
-    periods: int
+    periods: int  # from its last sample to the first sample of the other one
 
 
 #: Kind of measurements, which functions return as they got it.
@@ -45,29 +40,6 @@ class Measurements:
 
     The samples of all experiments stand one after the other: experiment `i` owns the rows
     `offsets[i]:offsets[i + 1]`. Units are those of the system file.
-
-    Attributes:
-        outputs: names of the outputs, in the order of the columns of `y`.
-        inputs: names of the inputs, in the order of the columns of `u`.
-        states: names of the states, in the order of the columns of `x`.
-        constants: names of the constants of the operating point, in the order of the columns of `c`.
-        ids: names of the experiments.
-        experiments: table with `id`, `file`, `group` if there is one, the operating point and further
-            columns, a row per experiment.
-        period: sampling period, s.
-        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
-        t: time since the start of the experiment, shape (samples,), s.
-        y: measured outputs, angles unwrapped, shape (samples, outputs).
-        u: inputs after `delays`, shape (samples, inputs).
-        c: constants of the operating points, shape (experiments, constants).
-        x: estimated states, shape (samples, states); there are none before `preparation.prepare`.
-        measured: True per state that an output shows, itself or its position.
-        notes: sentences on what was done to the data.
-        provenance: origin of the data; `data` is "measured" or "virtual".
-        delays: delays that `u` includes already, one per input, s; none where it is empty.
-        continues: experiment that every experiment continues, None where a record begins; empty where none
-            continues another. States that no output shows go on from there.
-        source: folder that the logs were read from, "" where there is none.
     """
 
     outputs: tuple[str, ...]
@@ -75,18 +47,19 @@ class Measurements:
     states: tuple[str, ...]
     constants: tuple[str, ...]
     ids: tuple[str, ...]
-    experiments: pd.DataFrame
-    period: float
-    offsets: NDArray[np.int64]
-    t: Array
-    y: Array
-    u: Array
-    c: Array
-    x: Array
-    measured: tuple[bool, ...]
+    experiments: pd.DataFrame  # a row each: id, file, group if there is one, operating point, further columns
+    period: float  # s
+    offsets: NDArray[np.int64]  # (experiments + 1,), first samples
+    t: Array  # (samples,), since the start of the experiment, s
+    y: Array  # (samples, outputs), angles unwrapped
+    u: Array  # (samples, inputs), after the delays
+    c: Array  # (experiments, constants)
+    x: Array  # (samples, states), estimated; none before `preparation.prepare`
+    measured: tuple[bool, ...]  # per state: an output shows it or its position
     notes: tuple[str, ...]
     provenance: Mapping[str, Any]
-    delays: tuple[float, ...] = ()
+    delays: tuple[float, ...] = ()  # that u includes, one per input, s; (): none
+    #: Experiment that every one continues, None where a record begins; (): none does.
     continues: tuple[Continued | None, ...] = ()
     source: str = field(default="", compare=False)
 
@@ -160,44 +133,15 @@ class Measurements:
         )
 
     @classmethod
-    def without_states(
-        cls,
-        system: System,
-        *,
-        experiments: pd.DataFrame,
-        period: float,
-        offsets: NDArray[np.int64],
-        t: Array,
-        y: Array,
-        u: Array,
-        notes: tuple[str, ...],
-        provenance: Mapping[str, Any],
-        delays: tuple[float, ...] = (),
-        continues: tuple[Continued | None, ...] = (),
-    ) -> Self:
+    def without_states(cls, system: System, experiments: pd.DataFrame, t: Array, **others: Any) -> Self:
         """Return measurements in the units of the system file, without states: see `preparation.prepare`.
 
-        `experiments` has a row per experiment with `id` and the operating point; `u` is after `delays`, one
-        per input. Takes offsets (experiments + 1,), t (samples,), y (samples, outputs), u (samples, inputs).
+        Has times t (samples,), and a row of `experiments` each with `id` and operating point.
         """
         outputs, inputs, _, constants = names(system)
-        return cls(
-            *(outputs, inputs, (), constants),
-            ids=tuple(experiments["id"]),
-            experiments=experiments,
-            period=period,
-            offsets=offsets,
-            t=t,
-            y=y,
-            u=u,
-            c=experiments[list(constants)].to_numpy(np.float64),
-            x=np.empty((len(t), 0)),
-            measured=(),
-            notes=notes,
-            provenance=provenance,
-            delays=delays or (0.0,) * len(inputs),
-            continues=continues if any(continues) else (),
-        )
+        c = experiments[list(constants)].to_numpy(np.float64)
+        own = {"ids": tuple(experiments["id"]), "c": c, "x": np.empty((len(t), 0)), "measured": ()}
+        return cls(outputs, inputs, (), constants, experiments=experiments, t=t, **own, **others)
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
-from unmodelled.logs.courses import Courses, Stretch
 from unmodelled.logs.measurements import Measurements
 from unmodelled.logs.readings import Reading, hidden_states, without_beside
 from unmodelled.systems.model import System
@@ -23,23 +22,85 @@ Indices = NDArray[np.int64]
 SUBSTEPS = (4, 32)
 
 
+@dataclass(frozen=True)
+class _Stretch:
+    """Successive experiments of one record, over which no number of the system changes."""
+
+    owner: int  # number of the first of them
+    last: int  # number of the last of them
+    start: int  # filled sample
+    steps: int  # filled samples that follow
+
+
+@dataclass(frozen=True, eq=False)
+class _Courses:
+    """Samples of experiments with the gaps between the parts of a record filled by straight lines."""
+
+    logs: Measurements
+    before: Indices  # (filled samples,), samples at or before them
+    share: Array  # (filled samples,), of the way to the next sample
+    first: Indices  # (experiments,), first filled samples
+
+    @classmethod
+    def of(cls, logs: Measurements) -> _Courses:
+        """Return the filled samples of experiments."""
+        starts = logs.offsets[:-1]
+        missing = [max(logs.gap(i) or 1, 1) - 1 for i in range(len(logs))]
+        if not any(missing):
+            return cls(logs, np.arange(len(logs.t)), np.zeros(len(logs.t)), starts)
+        count = np.ones(len(logs.t), np.int64)
+        count[starts[1:] - 1] += np.array(missing[1:], np.int64)
+        before = np.repeat(np.arange(len(count)), count)
+        number = np.arange(len(before)) - np.repeat(np.cumsum(count) - count, count)
+        return cls(logs, before, number / count[before], starts + np.cumsum(missing))
+
+    def filled(self, values: Array) -> Array:
+        """Return the filled samples of tables (tables * samples, columns), in the same shape."""
+        samples, columns = len(self.logs.t), values.shape[1]
+        if len(self.before) == samples:
+            return values
+        tables = values.reshape(len(values) // samples, samples, columns)
+        after = tables[:, np.minimum(self.before + 1, samples - 1)]
+        between = tables[:, self.before] + self.share[:, None] * (after - tables[:, self.before])
+        return between.reshape(-1, columns)
+
+    def levels(self, runs: Iterable[int], numbers: Sequence[Array]) -> list[list[_Stretch]]:
+        """Return stretches of equal numbers (experiments, ...) to some experiments, first ones first."""
+        levels: list[list[_Stretch]] = []
+        for record in self._records(set(runs)):
+            changes = [i for i in record[1:] if any((a[i] != a[i - 1]).any() for a in numbers)]
+            for level, (a, b) in enumerate(zip([record[0], *changes], [*changes, None], strict=True)):
+                last = record[-1] if b is None else b - 1
+                length = int(self.logs.offsets[last + 1] - self.logs.offsets[last]) - 1
+                end = self.first[last] + length if b is None else self.first[b]
+                stretch = _Stretch(a, last, int(self.first[a]), int(end - self.first[a]))
+                levels += [[]] if level == len(levels) else []
+                levels[level].append(stretch)
+        return levels
+
+    def _records(self, wanted: set[int]) -> list[list[int]]:
+        """Experiments of every record with a wanted one, up to the last wanted one."""
+        records: list[list[int]] = []
+        for i in range(len(self.logs)):
+            if self.logs.gap(i) is None:
+                records.append([i])
+            else:
+                records[-1].append(i)
+        last = [max(wanted.intersection(record), default=-1) for record in records]
+        return [
+            [i for i in record if i <= end] for record, end in zip(records, last, strict=True) if end >= 0
+        ]
+
+
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Integration of hidden states, driven by the inputs and then by what outputs show of the other states.
+    """Integration of hidden states, driven by inputs and by what outputs show of the other states."""
 
-    Attributes:
-        program: program of the register machine whose outputs are the hidden states.
-        initial: program whose outputs are the hidden states at the start of every experiment.
-        columns: inputs and other states, by number, that the two programs depend on.
-        hold: course of these between samples, see `Integration`.
-        names: names of the hidden states.
-    """
-
-    program: Program
-    initial: Program
-    columns: tuple[int, ...]
-    hold: tuple[float, ...]
-    names: tuple[str, ...]
+    program: Program  # its outputs are the hidden states
+    initial: Program  # its outputs are the hidden states at the start of every experiment
+    columns: tuple[int, ...]  # numbers of the inputs and other states that both programs depend on
+    hold: tuple[float, ...]  # course of these between samples, see `Integration`
+    names: tuple[str, ...]  # of the hidden states
 
     @classmethod
     def of(cls, system: System, shown: Sequence[Reading]) -> Observer:
@@ -87,14 +148,13 @@ class Observer:
     ) -> Array:
         """Integrate from the start of every record by the Runge-Kutta method of order four.
 
-        Inputs and imposed states run straight between samples; efforts are those of the known laws. A record
-        that was cut into experiments is integrated from its first sample, through the gaps between them. An
-        experiment whose record has no beginning in `logs` starts at its state in `logs`.
-
-        Takes driven (tables * samples, columns), shift (sets,), at (rows,), p (experiments, sets, parameters)
-        in SI, c (experiments, constants) in SI; gives (rows, sets, hidden states) in SI.
+        Inputs and imposed states, driven (tables * samples, columns), run straight between samples; efforts
+        are those of the known laws. A record that was cut into experiments is integrated from its first
+        sample, through the gaps between them. An experiment whose record has no beginning in `logs` starts at
+        its state in `logs`. Gives (rows, sets, hidden states) for p (experiments, sets, parameters) and
+        c (experiments, constants), all in SI.
         """
-        courses = Courses.of(logs)
+        courses = _Courses.of(logs)
         levels = courses.levels(at[0].tolist(), [p[:, :, self.parameters], c])
         filled = courses.filled(np.ascontiguousarray(driven))
         shift = shift // len(logs.t) * len(courses.before)
@@ -108,11 +168,7 @@ class Observer:
     def shortly_before(
         self, windows: Windows, p: Array, c: Array, logs: Measurements, substeps: int = SUBSTEPS[0]
     ) -> Array:
-        """Integrate from samples at which the states are as at the start of a record, see `states`.
-
-        Takes p (experiments, sets, parameters) in SI, c (experiments, constants) in SI; gives (windows, sets,
-        hidden states) in SI.
-        """
+        """Integrate states (windows, sets, hidden states) over windows that start as records do."""
         x0, every = self._starts(windows, p, c), np.arange(len(windows.start))
 
         def along(steps: int) -> Array:
@@ -126,8 +182,8 @@ class Observer:
 
     def _along(
         self,
-        courses: Courses,
-        levels: Sequence[Sequence[Stretch]],
+        courses: _Courses,
+        levels: Sequence[Sequence[_Stretch]],
         windows: Sequence[Windows],
         at: tuple[Indices, Indices],
         numbers: tuple[Array, Array],
@@ -178,7 +234,7 @@ def _stable(along: Callable[[int], Array], substeps: int) -> Array:
     return z
 
 
-def _windows(courses: Courses, filled: Array, shift: Indices, stretches: Sequence[Stretch]) -> Windows:
+def _windows(courses: _Courses, filled: Array, shift: Indices, stretches: Sequence[_Stretch]) -> Windows:
     """The stretches as windows of filled samples."""
     owner, start, steps = (
         np.array([getattr(s, name) for s in stretches], np.int64) for name in ("owner", "start", "steps")

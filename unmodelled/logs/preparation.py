@@ -43,9 +43,7 @@ def prepare(system: System, logs: M) -> M:
 
 
 def prepared_for(system: System, logs: M) -> M:
-    """Return the experiments prepared for a system that may have further constants, as an augmented
-    one has.
-    """
+    """Return the experiments prepared for a system that may have further constants, as an augmented one."""
     places = [f"experiment {name}" for name in logs.ids]
     table, notes = with_constants(system, logs.experiments, places)
     constants = names(system)[3]

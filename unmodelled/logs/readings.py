@@ -16,25 +16,15 @@ class Reading:
     """State that an output shows as gain * (state + beside) + offset, or the derivative of such a state.
 
     An output that shows a low-pass filtered quantity y_f shows the quantity as y_f + lag * d(y_f)/dt.
-
-    Attributes:
-        state: index of the state.
-        output: index of the output.
-        gain: factor in front of the state, in terms of parameters and constants of the operating point.
-        offset: summand beside it, in the same terms and inputs.
-        slope: True where the state is the time derivative of what the output shows.
-        lag: time constant of a low-pass filter between the state and the output, in terms of parameters;
-            default 0: there is no filter.
-        beside: summand that the output shows together with the state, in terms of parameters, constants and
-            other states. There, a state that an output shows stands for (output - offset)/gain. Default 0.
     """
 
-    state: int
-    output: int
-    gain: sp.Expr
-    offset: sp.Expr
-    slope: bool = False
-    lag: sp.Expr = sp.S.Zero
+    state: int  # index
+    output: int  # index
+    gain: sp.Expr  # in terms of parameters and constants of the operating point
+    offset: sp.Expr  # in the same terms and inputs
+    slope: bool = False  # the state is the time derivative of what the output shows
+    lag: sp.Expr = sp.S.Zero  # time constant of a low-pass filter, in terms of parameters; 0: none
+    #: In terms of parameters, constants and other states; a shown one stands for (output - offset)/gain.
     beside: sp.Expr = sp.S.Zero
 
     @property
@@ -70,9 +60,7 @@ def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True)
 
 
 def without_beside(system: System, found: Sequence[Reading]) -> dict[sp.Symbol, sp.Expr]:
-    """Return the states that outputs show together with others, in terms of what they show and of
-    the others.
-    """
+    """Return the states that outputs show together with others, in terms of what they show and the others."""
     return {system.x[r.state]: system.x[r.state] - r.beside for r in found if r.beside != 0}
 
 

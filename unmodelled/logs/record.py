@@ -33,19 +33,14 @@ NAMES = 8
 
 @dataclass(frozen=True)
 class Found:
-    """A column of a file.
-
-    Attributes:
-        table: its table.
-        name: its name there.
-    """
+    """A column of a file: its table, and its name there."""
 
     table: Table
     name: str
 
     @property
     def numbers(self) -> Array | None:
-        """Numbers of the column, shape (rows,); None for a column of text."""
+        """Numbers of the column (rows,); None for a column of text."""
         return self.table.columns.get(self.name)
 
     @property
@@ -55,16 +50,7 @@ class Found:
 
 
 class Record:
-    """One file, or one folder of files that belong together.
-
-    Args:
-        path: its path.
-        tables: its tables.
-        mapping: mapping that names its columns.
-
-    Attributes:
-        assumed: notes on units of time that neither the mapping nor the file gives.
-    """
+    """One file, or one folder of files that belong together."""
 
     def __init__(self, path: Path, tables: Sequence[Table], mapping: LogMapping) -> None:
         self.path, self.tables, self.mapping = path, tables, mapping
@@ -81,17 +67,15 @@ class Record:
                 raise column.node.wrong(
                     f"{column.name!r} is in several tables of {self.path}: write {places}"
                 )
-        names = [address for table in self.tables for address in _addresses(table)]
+        every = ((table, name) for table in self.tables for name in (*table.columns, *table.texts))
+        names = [table.address(name) for table, name in every]
         near = nearest(column.name, names)
         more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
         told = f"did you mean {near!r}?" if near else f"it has {', '.join(map(repr, names[:NAMES]))}{more}"
         raise column.node.wrong(f"{self.path} has no column {column.name!r}; {told}")
 
     def numbers(self, column: Column) -> tuple[Found, Array]:
-        """Return a column of numbers.
-
-        Gives (rows,).
-        """
+        """Return a column of numbers, and these (rows,)."""
         found = self.find(column)
         if found.numbers is None:
             cell = str(found.table.texts[found.name][0])[:30]
@@ -100,10 +84,7 @@ class Record:
         return found, np.where(np.abs(found.numbers) < LARGEST, found.numbers, np.nan)
 
     def clock(self, table: Table) -> Array:
-        """Return the time of every row of a table.
-
-        Gives (rows,) in s.
-        """
+        """Return the time of every row (rows,) of a table, s."""
         t = self._stamps(table)
         return np.where(np.abs(t) < LATEST, t, np.nan)
 
@@ -150,28 +131,13 @@ def _in(table: Table, name: str, alone: bool) -> Found | None:
     return Found(table, table.aliases[name]) if name in table.aliases else None
 
 
-def _addresses(table: Table) -> list[str]:
-    return [table.address(name) for name in (*table.columns, *table.texts)]
-
-
 def parts_of_name(name: str) -> list[str]:
-    """Return the groups in which a table lies, from the outermost to the table itself.
-
-    Examples:
-        >>> parts_of_name("data/demo_3/obs"), parts_of_name("runs[0].motor"), parts_of_name("")
-        (['data', 'demo_3', 'obs'], ['runs[0]', 'motor'], [])
-    """
+    """Return the groups in which a table lies, from the outermost to the table itself: `runs[0]`, `motor`."""
     return [part for part in re.split(r"[/.]", name) if part]
 
 
 def in_groups(tables: Sequence[Table], patterns: Sequence[str]) -> dict[str, list[Table]]:
-    """Return the tables of every group that a pattern matches, named as seen from that group.
-
-    Examples:
-        >>> tables = [Table("run1", {"q": np.zeros(2)}), Table("run1/cmd", {"u": np.zeros(2)})]
-        >>> {group: [table.name for table in found] for group, found in in_groups(tables, ["run*"]).items()}
-        {'run1': ['', 'cmd']}
-    """
+    """Return the tables of every group that a pattern matches, named as seen from that group."""
     wanted = [pattern.strip("/").split("/") for pattern in patterns]
     found: dict[str, list[Table]] = {}
     for table in tables:
@@ -185,11 +151,7 @@ def in_groups(tables: Sequence[Table], patterns: Sequence[str]) -> dict[str, lis
 
 
 def from_start(t: Array) -> Array:
-    """Return the time since the first sample, without digits that the clock does not hold.
-
-    Takes t (samples,) in s; gives (samples,) in s.
-
-    Time of the samples, shape (samples,), s, such as seconds since 1970.
+    """Return the time (samples,), s, since the first sample, without digits that the clock does not hold.
 
     Examples:
         >>> from_start(np.array([1764041247.01, 1764041247.02])).tolist()
@@ -201,10 +163,7 @@ def from_start(t: Array) -> Array:
 
 
 def parts_of(t: Array, rows: Rows) -> list[Rows]:
-    """Return the parts of a record in which time does not start again.
-
-    Takes t (all,) in s, rows (rows,).
-    """
+    """Return the parts (rows,) of a record in which time does not start again."""
     parts, start = [], 0
     back = np.flatnonzero(np.diff(t[rows]) < 0.0) + 1
     for at in back:
@@ -215,18 +174,10 @@ def parts_of(t: Array, rows: Rows) -> list[Rows]:
 
 
 def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
-    """Return rows in the order of time, and of equal stamps the last.
+    """Return rows (rows,) in the order of time, of equal stamps the last; and how many were late or equal.
 
     Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up
     arrive together, and a curve through all of them would be steep. The last of them is the least late.
-
-    Takes t (all,) in s, rows (rows,).
-
-    Examples:
-        >>> t = np.array([0.0, 0.2, 0.1, 0.2, 0.3])
-        >>> rows, late, repeated = in_order(t, np.arange(5))
-        >>> rows.tolist(), late, repeated
-        ([0, 2, 3, 4], 1, 1)
     """
     late = int(np.count_nonzero(np.diff(t[rows]) < 0.0))
     ordered = rows[np.argsort(t[rows], kind="stable")] if late else rows

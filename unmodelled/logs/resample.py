@@ -9,14 +9,11 @@ Array = NDArray[np.float64]
 
 
 def resample(t: Array, signals: Array, period: float, cutoff_share: float = 0.8) -> tuple[Array, Array]:
-    """Resample signals to a uniform clock after a zero-phase anti-alias filter.
+    """Resample signals (signals, samples) to a uniform clock after a zero-phase anti-alias filter.
 
     The logger's clock jitters, so the samples are first put on their own median period. The filter is a
     fourth-order Butterworth run forwards and backwards; its cut-off is `cutoff_share` times the new
     Nyquist frequency.
-
-    Takes t (samples,) in s, signals (signals, samples), period in s; gives (new samples,) and (signals, new
-    samples).
     """
     from scipy.signal import butter, sosfiltfilt  # half a second to load, for whatever reads logs
 

@@ -26,27 +26,14 @@ FEWEST_SMOOTH, SMOOTHER = 20, 0.5
 
 @dataclass(frozen=True)
 class Channel:
-    """An input or output of the system, and the signal of the files that it is.
+    """An input or output of the system, and the signal of the files that it is."""
 
-    Attributes:
-        name: name in the system file.
-        column: column of the log, by which the system reads it.
-        kind: course between samples: "cubic", "linear" or "hold".
-        signal: column of the files, with its unit.
-        item: the input or output.
-    """
-
-    name: str
-    column: str
-    kind: str
-    signal: Signal
     item: Input | Output
+    kind: str  # between samples: "cubic", "linear" or "hold"
+    signal: Signal
 
     def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
-        """Return the values at the instants of rows of another column, in the unit of the system's column.
-
-        Takes t (all,) in s, rows (rows,); gives (rows,).
-        """
+        """Return values (rows,) at the instants t[rows] in the unit of the system, and how they were read."""
         found, raw = record.numbers(self.signal.column)
         values, how = self._converted(record, found, raw), ""
         if found.table is base.table:
@@ -154,6 +141,6 @@ def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
             faults.add(f"{where}: the column {item.column!r} of the system file is missing{near}")
             continue
         kind = "cubic" if isinstance(item, Output) else "hold" if item.hold else "linear"
-        found.setdefault(item.column, Channel(item.name, item.column, kind, signal, item))
+        found.setdefault(item.column, Channel(item, kind, signal))
     faults.check()
     return list(found.values())

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
-from unmodelled.logs.cells import LARGEST, frame_numbers, no_number, shown
+from unmodelled.logs.cells import LARGEST, frame_columns, no_number, shown
 from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
 
 Array = NDArray[np.float64]
-Rows = list[tuple[int, list[str]]]  # row number in the file, cells
+Records = Iterator[tuple[int, list[str]]]  # number of a row in the file, and its cells
 
 #: No measurement in SI units varies by less; sizes below 1e-12 are not told from zero (`effects.scales`).
 SMALLEST = 1e-15
@@ -30,21 +30,14 @@ SMALLEST = 1e-15
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of numbers of one file.
-
-    Attributes:
-        path: path of the file.
-        values: finite numbers by name of the column, each of shape (samples,).
-        header: True for a CSV file, which has a row with names.
-        first: number of the file's sample that is the first one here, default 0.
-        since: time since the last sample of the columns before, which these continue, s; None where a record
-            begins.
-    """
+    """Columns of numbers of one file."""
 
     path: Path
-    values: Mapping[str, Array]
-    header: bool
-    first: int = 0
+    values: Mapping[str, Array]  # (samples,) by name, finite
+    header: bool  # a CSV file, which has a row with names
+    first: int = 0  # number of the first sample here in the file
+    rows: NDArray[np.int64] | None = None  # (samples,), rows of samples that were chosen from those of a file
+    #: Time since the last sample of the log that this one continues, s; None: a record begins.
     since: float | None = field(default=None, kw_only=True)
 
     def __len__(self) -> int:
@@ -52,6 +45,8 @@ class Columns:
 
     def row(self, i: int) -> int:
         """Return the row of a sample: counted from 1, in a CSV file with the header and blank lines."""
+        if self.rows is not None:
+            return int(self.rows[i])
         i += self.first
         if not self.header:
             return i + 1
@@ -59,17 +54,37 @@ class Columns:
         return [number for number, line in enumerate(lines, 1) if line][i + 1]
 
     def between(self, start: float, end: float) -> Columns:
-        """Return the part of a log from one time to another.
-
-        Takes start in s, end in s.
-        """
+        """Return the part of a log from one time to another, s."""
         inside = np.flatnonzero((self.values["t"] >= start) & (self.values["t"] < end))
         return self.among(slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0))
 
-    def among(self, rows: slice) -> Columns:
+    def among(self, samples: slice) -> Columns:
         """Return some successive samples."""
-        values = {name: column[rows] for name, column in self.values.items()}
-        return replace(self, values=values, first=self.first + rows.start)
+        values = {name: column[samples] for name, column in self.values.items()}
+        rows = None if self.rows is None else self.rows[samples]
+        return replace(self, values=values, first=self.first + samples.start, rows=rows)
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """Rows of text below a header, as in experiments.csv."""
+
+    path: Path
+    header: list[str]
+    rows: list[tuple[int, list[str]]]  # number of a row in the file, and its cells
+
+    def column(self, name: str) -> list[str]:
+        """Return the cells of a column."""
+        at = self.header.index(name)
+        return [cells[at] for _, cells in self.rows]
+
+    def numbers(self, name: str) -> list[float]:
+        """Return the finite numbers in a column."""
+        found = _Column(self.path, name)
+        for (row, _), cell in zip(self.rows, self.column(name), strict=True):
+            found.add(row, cell)
+        found.check()
+        return found.values.tolist()
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
@@ -86,12 +101,11 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
     return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), not parquet)
 
 
-def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
+def read_rows(path: Path, wanted: Sequence[str]) -> TextTable:
     """Read header and rows of a CSV file as text, stripped; blank lines are skipped."""
     check_file(path, OBJECTS)
     records = _records(path)
-    header = _header(path, records, wanted)
-    return header, list(records)
+    return TextTable(path, _header(path, records, wanted), list(records))
 
 
 def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
@@ -112,15 +126,6 @@ def check_repeated(path: Path, header: Sequence[str]) -> None:
         if name and count > 1 and not NUMBER.fullmatch(name):  # numbers: there is no header
             faults.add(f"{path}: row 1: column {shown(name)} stands there {count} times")
     faults.check()
-
-
-def numbers(path: Path, column: str, cells: Rows, at: int) -> list[float]:
-    """Return the finite numbers in one column of rows of text."""
-    found = _Column(path, column)
-    for row, line in cells:
-        found.add(row, line[at])
-    found.check()
-    return found.values.tolist()
 
 
 class _Column:
@@ -155,7 +160,7 @@ def _pointed(cell: str) -> str:
     return f": write {pointed[:30]}" if "," in cell and _is_number(pointed) else ""
 
 
-def _records(path: Path) -> Iterator[tuple[int, list[str]]]:
+def _records(path: Path) -> Records:
     try:
         if other := foreign(path, "a CSV table"):
             raise other
@@ -194,7 +199,7 @@ def is_text(text: str) -> bool:
     return all(c.isprintable() or unicodedata.category(c) == "Zs" for c in text)
 
 
-def _header(path: Path, records: Iterator[tuple[int, list[str]]], wanted: Sequence[str]) -> list[str]:
+def _header(path: Path, records: Records, wanted: Sequence[str]) -> list[str]:
     row, header = next(records, (1, []))
     if row != 1:  # blank rows come first
         header = [""]
@@ -214,7 +219,9 @@ def _reason(error: Exception) -> str:
 
 def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
     """Read with pandas; a file that pandas refuses is read cell by cell, which names the bad cells."""
-    header = _header(path, _records(path), wanted)
+    records = _records(path)
+    header = _header(path, records, wanted)
+    at = {name: header.index(name) for name in wanted}
     # other columns are read too, a byte of every cell, or rows of another length would not be noticed
     kinds = {k: np.float64 if name in wanted else "S1" for k, name in enumerate(header)}
     try:
@@ -228,29 +235,27 @@ def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
             compression=None,  # a text is one, whatever its ending says
         )
     except (ValueError, OSError):
-        return _cell_by_cell(path, wanted)
+        return _cell_by_cell(path, records, at)
     last = table.shape[1] - 1
     short = kinds.get(last) == "S1" and (table[last] == b"").any()
-    if table.shape[1] != len(header) or short:
-        return _cell_by_cell(path, wanted)
-    values = {name: table[header.index(name)].to_numpy() for name in wanted}
-    fine = all((np.abs(v) < LARGEST).all() for v in values.values())
-    return values if fine else _cell_by_cell(path, wanted)
+    if table.shape[1] == len(header) and not short:
+        values = {name: table[k].to_numpy() for name, k in at.items()}
+        if all((np.abs(v) < LARGEST).all() for v in values.values()):
+            return values
+    return _cell_by_cell(path, records, at)
 
 
-def _cell_by_cell(path: Path, wanted: list[str]) -> dict[str, Array]:
-    records, faults = _records(path), Faults()
-    header = _header(path, records, wanted)
-    found = [_Column(path, name) for name in wanted]
-    at = [header.index(name) for name in wanted]
+def _cell_by_cell(path: Path, records: Records, at: Mapping[str, int]) -> dict[str, Array]:
+    """Columns of records below a header, by their places in it."""
+    faults, found = Faults(), [_Column(path, name) for name in at]
     start = list(islice(records, 2))
-    first = [start[0][1][k] for k in at] if len(start) > 1 else []
+    first = [start[0][1][k] for k in at.values()] if len(start) > 1 else []
     if first and not any(cell == "" or any(c.isdigit() for c in cell) for cell in first):
         got = ", ".join(map(shown, first))
         faults.add(f"{path}: row {start[0][0]}: must hold numbers, got {got}: delete the row")
         start = start[1:]
     for row, cells in chain(start, records):
-        for k, column in zip(at, found, strict=True):
+        for k, column in zip(at.values(), found, strict=True):
             column.add(row, cells[k])
     for column in found:
         with faults.collected():
@@ -265,9 +270,5 @@ def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
     except ModuleNotFoundError as error:
         raise BadInput(f"{path}: is a Parquet file: {missing(error) or error}, or save it as CSV") from None
     check_header(path, column_names(path), wanted)
-    table, faults, values = read_parquet(path, wanted), Faults(), {}
-    for name in wanted:
-        with faults.collected():
-            values[name] = frame_numbers(path, name, table[name])
-    faults.check()
-    return values
+    table = read_parquet(path, wanted)
+    return frame_columns(path, {name: table[name] for name in wanted})

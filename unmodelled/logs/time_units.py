@@ -31,12 +31,7 @@ WORDS = {
 
 
 def seconds_of(unit: str) -> float | None:
-    """Return how many seconds a unit of time has; None for other units and other texts.
-
-    Examples:
-        >>> seconds_of("ms"), seconds_of("d"), seconds_of("rad")
-        (0.001, 86400.0, None)
-    """
+    """Return how many seconds a unit of time has; None for other units and other texts."""
     try:
         si, logged = parse_logged(unit)
     except ValueError:
@@ -47,16 +42,7 @@ def seconds_of(unit: str) -> float | None:
 
 
 def unit_of_time(name: str, values: Array) -> str | None:
-    """Return the unit of a column of time of which the file gives none; None if nothing tells.
-
-    Takes values (rows,).
-
-    Examples:
-        >>> unit_of_time("time_ms", np.empty(0)), unit_of_time("stamp", np.empty(0))
-        ('ms', None)
-        >>> unit_of_time("time", 739_950.5 + np.arange(100) / 86_400)  # MATLAB's datenum, once a second
-        'd'
-    """
+    """Return the unit of a column (rows,) of time by its name or its numbers; None if neither tells."""
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name[-60:])
     words = re.findall(r"[A-Za-zµ]+", re.sub(r"\[\d+\]$", "", apart))
     last = words[-1].lower() if words and (len(words) > 1 or len(words[0]) > 2) else ""
@@ -65,10 +51,7 @@ def unit_of_time(name: str, values: Array) -> str | None:
 
 
 def looks_like_days(values: Array) -> bool:
-    """Return whether numbers are a count of days, as MATLAB and spreadsheets write dates.
-
-    Takes values (rows,).
-    """
+    """Return whether numbers (rows,) are a count of days, as MATLAB and spreadsheets write dates."""
     known = values[np.isfinite(values)]
     steps = np.diff(known)
     steps = steps[steps > 0.0]
@@ -76,12 +59,7 @@ def looks_like_days(values: Array) -> bool:
 
 
 def in_seconds(values: Array, seconds: float) -> Array:
-    """Return a column of time in s.
-
-    Takes values (rows,); gives (rows,) in s.
-
-    Seconds in its unit. A count of days becomes one since 1970 first, which leaves more digits.
-    """
+    """Return a column of time (rows,) in s; a count of days starts in 1970, which leaves more digits."""
     beginning = _beginning(values[np.isfinite(values)]) if seconds == DAY else None
     return seconds * (values - (beginning or 0.0))
 

@@ -13,9 +13,8 @@ from scipy.interpolate import CubicSpline
 from unmodelled.diagnosis.data.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import EVERY, Rows, Splines
-from unmodelled.logs.differentiate import noise, resolution, smooth_derivative
+from unmodelled.logs.differentiate import ORDER, kernel, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.savitzky_golay import ORDER, kernel
 
 #: Random draws of noise from which the error of a slope is estimated.
 REPLICATES = 3

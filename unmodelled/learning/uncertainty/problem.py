@@ -17,7 +17,7 @@ from unmodelled.logs.differentiate import noise
 from unmodelled.logs.events import event_times
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.table import numbers, read_rows
+from unmodelled.logs.table import read_rows
 from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
@@ -95,11 +95,9 @@ def of_observations(response: Response, observations: pd.DataFrame, place: str =
 
 def read_observations(path: Path) -> pd.DataFrame:
     """Read observations from a CSV file with the columns id and y, optionally deviation."""
-    header, rows = read_rows(path, ["id", "y"])
-    at = {name: k for k, name in enumerate(header)}
-    columns = [name for name in ("y", "deviation") if name in at]
-    values = {name: numbers(path, name, rows, at[name]) for name in columns}
-    return pd.DataFrame(values).assign(id=[cells[at["id"]] for _, cells in rows])
+    table = read_rows(path, ["id", "y"])
+    columns = [name for name in ("y", "deviation") if name in table.header]
+    return pd.DataFrame({name: table.numbers(name) for name in columns}).assign(id=table.column("id"))
 
 
 def callable_response(

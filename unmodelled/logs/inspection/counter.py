@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.inspection.finding import Finding
-from unmodelled.logs.inspection.signal import Array, Mask, Run, Signal
+from unmodelled.logs.inspection.signal import Array, Finding, Mask, Run, Signal
 
 Rows = NDArray[np.int64]
 
@@ -28,17 +27,11 @@ TURN = 2.0 * np.pi
 
 @dataclass(frozen=True)
 class _Overflow:
-    """Jumps of one size.
+    """Jumps of one size."""
 
-    Attributes:
-        at: first samples after the jumps, shape (jumps,).
-        size: size of the jumps, in the unit of the channel.
-        counts: size in counts, 0 where the count is not known.
-    """
-
-    at: Rows
-    size: float
-    counts: int
+    at: Rows  # (jumps,), first samples after them
+    size: float  # in the unit of the channel
+    counts: int  # size in counts; 0: not known
 
 
 def counter(run: Run) -> tuple[Run, list[Finding]]:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.differentiate import noise, quantum
-from unmodelled.logs.inspection.finding import Finding
-from unmodelled.logs.inspection.signal import Array, Mask, Run, Signal
+from unmodelled.logs.inspection.signal import Array, Finding, Mask, Run, Signal
 
 KIND = "frozen"
 #: Fewest equal samples of a frozen stretch.

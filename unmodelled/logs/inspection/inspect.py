@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Protocol
 
 from unmodelled.logs.inspection.counter import counter
-from unmodelled.logs.inspection.finding import Finding
 from unmodelled.logs.inspection.frozen import frozen
-from unmodelled.logs.inspection.signal import Run, signals_of, spans_of
+from unmodelled.logs.inspection.signal import Finding, Run, signals_of, spans_of
 from unmodelled.logs.inspection.spikes import spikes
 from unmodelled.logs.table import Columns
 from unmodelled.systems.model import System
@@ -54,3 +54,30 @@ def inspect(run: Run) -> tuple[Run, list[Finding]]:
         if not any(each.cured for each in new):
             return run, [*found, *new]
     return run, [*found, *(each for each in new if not each.cured)]
+
+
+def sentences(findings: Sequence[Finding]) -> Iterator[str]:
+    """Yield one sentence for every channel and kind of fault.
+
+    Examples:
+        >>> found = [("run1", 1), ("run2", 2)]
+        >>> words = "has {count} spikes", "left out"
+        >>> list(sentences([Finding("spikes", "x", run, count, 0.25, *words) for run, count in found]))
+        ['x has 3 spikes in run1 and run2 (the first one at t = 0.25 s of run1): left out']
+    """
+
+    def key(each: Finding) -> tuple[str, str, bool]:
+        return each.channel, each.kind, not each.cured
+
+    for _, group in groupby(sorted(findings, key=key), key=key):
+        same = list(group)
+        runs = list(dict.fromkeys(each.run for each in same))
+        count, first = sum(each.count for each in same), same[0]
+        where = f"in {_listed(runs)} (the first one at t = {first.first:.4g} s of {runs[0]})"
+        yield f"{first.channel} {first.what.format(count=count)} {where}: {first.cure}"
+
+
+def _listed(runs: Sequence[str]) -> str:
+    if len(runs) > 3:
+        return f"{len(runs)} runs"
+    return " and ".join(filter(None, [", ".join(runs[:-1]), runs[-1]]))

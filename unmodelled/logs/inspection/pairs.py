@@ -27,24 +27,15 @@ EXACT, COUNTS, FEWEST_COUNTS = 1e-6, 0.6, 50.0
 
 @dataclass(frozen=True)
 class Multiple:
-    """A speed that is a multiple of the slope of its position.
+    """A speed that is a multiple of the slope of its position."""
 
-    Attributes:
-        position: number of the output that shows the position.
-        speed: number of the output that should show its speed.
-        factor: multiple.
-    """
-
-    position: int
-    speed: int
+    position: int  # number of the output that shows it
+    speed: int  # number of the output that should show it
     factor: float
 
 
 def multiples(system: System, y: Array, offsets: Offsets, period: float) -> Iterator[Multiple]:
-    """Yield speeds that are a multiple of the slope of their position in all runs.
-
-    Takes y (samples, outputs), offsets (runs + 1,), period in s.
-    """
+    """Yield speeds of y (samples, outputs) that are a multiple of the slope of their position in all runs."""
     shown = {output.expression: k for k, output in enumerate(system.outputs)}
     for position, speed in zip(system.x, system.dynamics, strict=True):
         if position in shown and speed in shown and speed in system.x:
@@ -72,11 +63,9 @@ def _factor(slope: Array, speed: Array, offsets: Offsets) -> float | None:
 
 
 def commands_as_outputs(system: System, y: Array, u: Array, offsets: Offsets) -> dict[int, int]:
-    """Return the outputs that are an input, times and plus constants, down to rounding.
+    """Return the outputs of y (samples, outputs) that are an input of u, times and plus constants.
 
     A command may be logged one sample earlier or later. An output whose expression has the input is none.
-
-    Takes y (samples, outputs), u (samples, inputs), offsets (runs + 1,).
     """
     found = dict[int, int]()
     inner = np.ones(len(y), np.bool_)

@@ -23,10 +23,7 @@ RIDGE = 1e-3
 
 
 def surrogates(logs: Measurements) -> Iterator[Array]:
-    """Yield random inputs, shape (samples, inputs), with mean and spectrum of those of every run.
-
-    Their phases are random (Theiler et al. 1992).
-    """
+    """Yield inputs (samples, inputs) of random phases, with the spectra of all runs (Theiler et al. 1992)."""
     rng = np.random.default_rng(0)
     for _ in range(SURROGATES):
         yield np.concatenate([_surrogate(logs.u[logs.rows(i)], rng) for i in range(len(logs))])

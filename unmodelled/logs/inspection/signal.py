@@ -1,4 +1,4 @@
-"""Signals of a log with their roles in the system file, and one run of them."""
+"""Signals of a log with their roles in the system file, one run of them, and what is found in it."""
 
 from __future__ import annotations
 
@@ -28,18 +28,11 @@ SHARE = 0.05
 
 @dataclass(frozen=True)
 class Signal:
-    """A channel of the logs.
+    """A channel of the logs."""
 
-    Attributes:
-        name: name in the system file.
-        column: column of the log.
-        unit: SI unit.
-        role: kind of the channel, see `Role`.
-    """
-
-    name: str
-    column: str
-    unit: str
+    name: str  # in the system file
+    column: str  # of the log
+    unit: str  # SI
     role: Role
 
 
@@ -62,13 +55,9 @@ def _role(output: Output, system: System, positions: set[object]) -> Role:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """The samples of one channel in one run.
+    """The samples of one channel in one run."""
 
-    Attributes:
-        values: samples, shape (samples,), in SI units.
-    """
-
-    values: Array
+    values: Array  # (samples,), SI
 
     @cached_property
     def smooth(self) -> Array:
@@ -93,47 +82,44 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One experiment as logged.
+    """One experiment as logged."""
 
-    Attributes:
-        name: id of the experiment.
-        t: time of the samples, shape (samples,), s.
-        values: samples of every column, each of shape (samples,), in SI units.
-        signals: channels of the columns.
-        spans: usual range of every column in the run in which it moves furthest, in SI units.
-    """
-
-    name: str
-    t: Array
-    values: Mapping[str, Array]
+    name: str  # id of the experiment
+    t: Array  # (samples,), s
+    values: Mapping[str, Array]  # (samples,) by column, SI
     signals: tuple[Signal, ...]
-    spans: Mapping[str, float]
+    spans: Mapping[str, float]  # usual range by column in the run in which it moves furthest, SI
 
     def course(self, signal: Signal) -> Course:
         """Return the samples of a channel."""
         return Course(self.values[signal.column])
 
     def with_values(self, signal: Signal, values: Array) -> Run:
-        """Return the run with other samples of one channel.
-
-        Takes values (samples,).
-        """
+        """Return the run with other samples (samples,) of one channel."""
         return replace(self, values={**self.values, signal.column: values})
 
     def without(self, rows: Mask) -> Run:
-        """Return the run without some samples of all channels.
-
-        Takes rows (samples,).
-        """
+        """Return the run without some samples (samples,) of all channels."""
         kept = {column: values[~rows] for column, values in self.values.items()}
         return replace(self, t=self.t[~rows], values=kept)
 
 
-def spans_of(signals: tuple[Signal, ...], logs: Sequence[Mapping[str, Array]]) -> dict[str, float]:
-    """Return the range of every column without its most extreme samples, in the run where it is largest.
+@dataclass(frozen=True)
+class Finding:
+    """A fault of one channel in one run."""
 
-    Takes logs (samples,).
-    """
+    kind: str  # such as "spikes"
+    channel: str  # name in the system file
+    run: str  # id of the experiment
+    count: int  # samples, jumps or stretches
+    first: float  # time of the first one since the start of the run, s
+    what: str  # after the channel's name, with {count} for the number over all runs
+    cure: str  # what was done, a main clause; what to do where nothing was done
+    cured: bool = True
+
+
+def spans_of(signals: tuple[Signal, ...], logs: Sequence[Mapping[str, Array]]) -> dict[str, float]:
+    """Return the largest range of every column (samples,) of the logs without its most extreme samples."""
     ends = [SHARE, 1.0 - SHARE]
     return {
         s.column: max(float(np.diff(np.quantile(log[s.column], ends))[0]) for log in logs) for s in signals

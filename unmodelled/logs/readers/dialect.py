@@ -34,23 +34,14 @@ UNIT = re.compile(r"(?P<name>.*)[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
 
 @dataclass(frozen=True)
 class Dialect:
-    """Way in which a text table is written.
-
-    Attributes:
-        encoding: name of the encoding.
-        separator: separator of the columns; " " stands for any white space.
-        decimal: decimal mark, "." or ",".
-        skipped: rows above the first row of values.
-        names: names of the columns, unique; "1", "2", ... where no row names them.
-        units: unit by name of a column, where a row or the names give it.
-    """
+    """Way in which a text table is written."""
 
     encoding: str
-    separator: str
-    decimal: str
-    skipped: int
-    names: tuple[str, ...]
-    units: dict[str, str]
+    separator: str  # " ": any white space
+    decimal: str  # "." or ","
+    skipped: int  # rows above the first row of values
+    names: tuple[str, ...]  # unique; "1", "2", ... where no row names them
+    units: dict[str, str]  # by name of a column
 
 
 def dialect_of(path: Path) -> Dialect:

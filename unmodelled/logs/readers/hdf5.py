@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.limits import check_memory
-from unmodelled.logs.hdf5 import FILTERS, SIGNATURE, STARTS
+from unmodelled.logs.hdf5 import SIGNATURE, STARTS, needs_plugin
 from unmodelled.logs.readers.names import NAMING
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, tables_by_length
@@ -82,10 +82,9 @@ def _is_plain(dataset: Any) -> bool:
         return False
     if dataset.attrs.get("MATLAB_class") in (b"char", b"cell") or dataset.shape is None:
         return False
-    plan = dataset.id.get_create_plist()
-    packed = any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters()))
-    own = not dataset.is_virtual and not dataset.external
-    return own and not packed and len(dataset.shape) <= 2 and math.prod(dataset.shape) > 0
+    if dataset.is_virtual or dataset.external or needs_plugin(dataset):
+        return False
+    return len(dataset.shape) <= 2 and math.prod(dataset.shape) > 0
 
 
 def _words(value: Any) -> list[str]:

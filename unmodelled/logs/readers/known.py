@@ -29,18 +29,8 @@ from unmodelled.logs.readers.ulog import ULog
 from unmodelled.logs.recognition import foreign
 
 #: Readers in the order in which they are asked; what is left is text.
-READERS: tuple[Reader, ...] = (
-    Parquet(),
-    Hdf5(),
-    Mat(),
-    Mdf(),
-    Mcap(),
-    Npz(),
-    RosBag(),
-    ULog(),
-    JsonRecords(),
-    Delimited(),
-)
+_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Delimited)
+READERS: tuple[Reader, ...] = tuple(kind() for kind in _FORMATS)
 #: Group of entry points by which other packages add readers; each names an object, not a class.
 GROUP = "unmodelled.readers"
 #: Processor time that reading a file may take: seconds for any of them, and bytes per further second.

@@ -24,17 +24,23 @@ class Mcap(Reader):
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         from mcap.reader import make_reader
+        from mcap_ros2.decoder import DecoderFactory
 
         topics: dict[str, Records] = {}
         unknown: dict[str, str] = {}
-        decoders = _Decoders()
+        ros, decoders = DecoderFactory(), dict[int, Callable[[bytes], Any] | None]()
         first: int | None = None
         with path.open("rb") as file:
             for schema, channel, message in make_reader(file).iter_messages():
                 first = message.log_time if first is None else first
                 if not is_wanted(channel.topic, wanted) or channel.topic in unknown:
                     continue
-                decode = decoders.of(channel, schema)
+                if channel.id not in decoders:
+                    encoding = channel.message_encoding
+                    decoders[channel.id] = (
+                        json.loads if encoding == "json" else ros.decoder_for(encoding, schema)
+                    )
+                decode = decoders[channel.id]
                 if decode is None:
                     unknown[channel.topic] = channel.message_encoding or "no encoding"
                     continue
@@ -46,20 +52,3 @@ class Mcap(Reader):
             topic, encoding = next(iter(unknown.items()))
             raise BadInput(f"{path}: messages of {topic} are in {encoding}: convert them to ROS 2 or JSON")
         return found
-
-
-class _Decoders:
-    """Functions that decode the messages of channels, by number of the channel."""
-
-    def __init__(self) -> None:
-        from mcap_ros2.decoder import DecoderFactory
-
-        self._ros, self._found = DecoderFactory(), dict[int, Callable[[bytes], Any] | None]()
-
-    def of(self, channel: Any, schema: Any) -> Callable[[bytes], Any] | None:
-        if channel.id not in self._found:
-            encoding = channel.message_encoding
-            self._found[channel.id] = (
-                json.loads if encoding == "json" else self._ros.decoder_for(encoding, schema)
-            )
-        return self._found[channel.id]

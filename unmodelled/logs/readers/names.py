@@ -33,12 +33,7 @@ MOST = 256
 
 
 def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) -> Labels:
-    """Return the names of the elements of lists in a row.
-
-    Examples:
-        >>> labels_of({"arm.name": ["hip", "knee"]}, {"arm.position": 2, "arm.velocity": 0, "position": 2})
-        (('arm.position', ('hip', 'knee')),)
-    """
+    """Return the names of the elements of lists in a row, by the texts that stand beside lists as long."""
     known: dict[tuple[str, int], tuple[str, ...]] = {}
     for place in sorted(texts, key=lambda each: "name" not in each.rpartition(".")[2].lower()):
         parent, _, key = place.rpartition(".")
@@ -51,23 +46,18 @@ def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) ->
 
 @dataclass
 class Beside:
-    """Names and lengths of the lists in the rows of a table.
+    """Names and lengths of the lists in the rows of a table."""
 
-    Attributes:
-        names: words of the lists of names, by place, each of shape (rows,); default none.
-        lengths: numbers of elements of lists whose length changes, by place, each of shape (rows,); default
-            none: all others are as long as they have columns.
-    """
-
+    #: (rows,), words of the lists of names, by place.
     names: dict[str, Sequence[tuple[str, ...]]] = field(default_factory=dict)
+    #: (rows,) of lists whose length changes, by place.
     lengths: dict[str, Sequence[int]] = field(default_factory=dict)
 
     def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
-        """Return the names of the elements of lists in every row.
-
-        Gives (rows,) and (rows,).
-        """
-        names = {place: rows for place, rows in self.names.items() if NAMING.fullmatch(_key(place))}
+        """Return the names of the elements of lists in every row, and (rows,) whether they fit no list."""
+        names = {
+            place: rows for place, rows in self.names.items() if NAMING.fullmatch(place.rpartition(".")[2])
+        }
         if not names:
             return [()] * len(table), np.zeros(len(table), bool)
         fixed = {place: len(parts) for place, parts in elements(table.columns).items()}
@@ -79,7 +69,7 @@ class Beside:
                 fine = {
                     p: cells
                     for p, cells in zip(names, row[0], strict=True)
-                    if not any(map(_is_number, cells))
+                    if not any(map(NUMBER.fullmatch, cells))
                 }
                 found[row] = labels_of(fine, {**fixed, **dict(zip(self.lengths, row[1], strict=True))})
             labels.append(found[row])
@@ -88,12 +78,7 @@ class Beside:
 
 
 def elements(columns: Iterable[str]) -> dict[str, list[str]]:
-    """Return the columns that are elements of lists, in order, by place of the list.
-
-    Examples:
-        >>> elements(["t", "field.name0", "field.name1", "q[0]", "tau_1", "tau_2"])
-        {'field.name': ['field.name0', 'field.name1'], 'q': ['q[0]'], 'tau': ['tau_1', 'tau_2']}
-    """
+    """Return the columns that are elements of lists, in order, by place: `q[0]`, `tau_1`, `field.name0`."""
     found: dict[str, dict[int, str]] = {}
     for name in columns:
         if (match := ELEMENT.fullmatch(name)) and match["place"]:
@@ -102,14 +87,6 @@ def elements(columns: Iterable[str]) -> dict[str, list[str]]:
     # counted from 0 or from 1, without a gap
     whole = {place: each for place, each in found.items() if max(each) - min(each) == len(each) - 1}
     return {place: [each[k] for k in sorted(each)] for place, each in whole.items() if min(each) < 2}
-
-
-def _key(place: str) -> str:
-    return place.rpartition(".")[2]
-
-
-def _is_number(word: str) -> bool:
-    return NUMBER.fullmatch(word) is not None
 
 
 def by_cells(table: Table, beside: Beside) -> list[Table]:
@@ -139,8 +116,6 @@ def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[st
     """Return the tables of a topic by name, with those of publishers that name the same things apart.
 
     Publishers that follow each other, such as a node that is started again, are one.
-
-    Takes labels (rows,), publishers (rows,).
     """
     rows: dict[str, list[int]] = {}
     for k, (publisher, names) in enumerate(zip(publishers, labels, strict=True)):
@@ -167,14 +142,6 @@ def by_name(table: Table, labels: Sequence[Labels]) -> list[Table]:
     If the names never change, elements keep their columns and get the names as further names. If the order of
     the names changes, there is a column for every name. Rows of different things, as of two publishers on one
     topic, become tables of their own.
-
-    Takes labels (rows,).
-
-    Examples:
-        >>> table = Table("", {"position[0]": np.array([1.0, 4.0]), "position[1]": np.array([2.0, 3.0])})
-        >>> rows = [(("position", ("hip", "knee")),), (("position", ("knee", "hip")),)]
-        >>> {name: column.tolist() for name, column in by_name(table, rows)[0].columns.items()}
-        {'position[hip]': [1.0, 3.0], 'position[knee]': [2.0, 4.0]}
     """
     named = [each for each in dict.fromkeys(labels) if each]
     groups = _sharing(named)

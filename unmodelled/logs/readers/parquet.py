@@ -58,11 +58,7 @@ def _is_of(wanted: str, name: str) -> bool:
 
 
 class _Content:
-    """Columns of a Parquet file, taken from Arrow arrays.
-
-    Args:
-        path: path of the file, for messages.
-    """
+    """Columns of a Parquet file, taken from Arrow arrays."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.beside = path, Beside()

@@ -34,45 +34,26 @@ class Table:
     """Columns of equal length in one file: a topic, a group of channels, a struct, or the file itself.
 
     Two tables of a file may have the same name, if the columns of one place differ in length.
-
-    Attributes:
-        name: name of the table in its file; "" for what lies at the top of the file.
-        columns: numbers by name of the column, each of shape (rows,), nan where there is none.
-        units: unit as the file writes it, by name of a column; default: the format has none.
-        texts: text by name of a column, each of length (rows,); default none.
-        aliases: name of a column by another name that the file gives it, such as the joint of `position[3]`;
-            default none.
-        clock: clock of the format, shape (rows,), s; default None: time is a column like any other.
-        first: number of the first row in the file, as an editor counts, default 1.
-        rows: number of every row in the file, shape (rows,); default None: they follow each other.
     """
 
-    name: str
-    columns: Mapping[str, Array]
-    units: Mapping[str, str] = field(default_factory=dict)
-    texts: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    aliases: Mapping[str, str] = field(default_factory=dict)
-    clock: Array | None = None
-    first: int = 1
-    rows: Rows | None = None
+    name: str  # in its file; "": what lies at the top of the file
+    columns: Mapping[str, Array]  # (rows,) by name, nan where there is none
+    units: Mapping[str, str] = field(default_factory=dict)  # as the file writes it, by column
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict)  # (rows,) by column
+    aliases: Mapping[str, str] = field(default_factory=dict)  # column by another name that the file gives it
+    clock: Array | None = None  # of the format, (rows,), s; None: time is a column like any other
+    first: int = 1  # number of the first row in the file, as an editor counts
+    rows: Rows | None = None  # (rows,), numbers in the file; None: they follow each other
 
     def __len__(self) -> int:
         return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
 
     def numbered(self, rows: Rows) -> Rows:
-        """Return the numbers of rows in the file, as an editor counts.
-
-        Takes rows (rows,).
-        """
+        """Return the numbers of rows (rows,) in the file, as an editor counts."""
         return rows + self.first if self.rows is None else self.rows[rows]
 
     def address(self, column: str) -> str:
-        """Return the name by which a mapping finds a column of this table in its file.
-
-        Examples:
-            >>> Table("/joints", {"position[0]": np.zeros(2)}).address("position[0]")
-            '/joints.position[0]'
-        """
+        """Return the name by which a mapping finds a column of this table, such as `/joints.position[0]`."""
         return f"{self.name}.{column}" if self.name else column
 
 

@@ -42,21 +42,7 @@ def _mapping(value: Any) -> Mapping[str, Any] | None:
 
 
 class Records:
-    """Columns of one table that grows by a record at a time.
-
-    Args:
-        name: name of the table.
-        fields: function that returns the fields of a value, None for a value that has none; default: those of
-            a mapping.
-
-    Examples:
-        >>> joints = Records("/joints")
-        >>> joints.add({"name": ["hip", "knee"], "position": [0.1, 0.2]}, 0.0)
-        >>> joints.add({"name": ["hip", "knee"], "position": [0.3, 0.4]}, 0.5)
-        >>> (table,) = joints.tables()
-        >>> table.columns["position[1]"].tolist(), table.aliases["position[knee]"], table.clock.tolist()
-        ([0.2, 0.4], 'position[1]', [0.0, 0.5])
-    """
+    """Columns of one table that grows by a record at a time; `fields` gives those of a value, or None."""
 
     def __init__(self, name: str, fields: Fields = _mapping) -> None:
         self._name, self._fields = name, fields
@@ -165,14 +151,7 @@ def _number(value: Any) -> float:
 
 
 def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:
-    """Return the columns of an array: itself, or one for every element of a row.
-
-    Takes values (rows,); gives (rows,).
-
-    Examples:
-        >>> {name: column.tolist() for name, column in listed("q", np.eye(2)).items()}
-        {'q[0]': [1.0, 0.0], 'q[1]': [0.0, 1.0]}
-    """
+    """Return the columns of an array (rows,), which is one, or (rows, elements), which are `name[0]`, ..."""
     if values.ndim == 1:
         return {name: values.astype(np.float64)}
     if values.ndim != 2 or values.shape[1] > ELEMENTS:
@@ -194,12 +173,7 @@ def tables_by_length(
     texts: Mapping[str, str],
     names: Mapping[str, Sequence[Any]] | None = None,
 ) -> list[Table]:
-    """Return the tables of arrays at one place of a file, one for every length.
-
-    The longer axis of a matrix is time.
-
-    Takes arrays (rows,).
-    """
+    """Return the tables of arrays (rows, ...) at one place, one for every length; the longer axis is time."""
     found: dict[int, dict[str, Array]] = {1: {}} if texts else {}
     given: dict[str, str] = {}
     for key, values in arrays.items():
