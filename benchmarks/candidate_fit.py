@@ -14,7 +14,7 @@ import torch
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import begin, iterate

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.timing import compared, seconds
-from pipeline.arrays import Array
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.base.arrays import Array
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.systems import phases
 from unmodelled.systems.experiments import Experiments

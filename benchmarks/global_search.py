@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.timing import PeerMissing, compared
-from pipeline.arrays import Array
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.base.arrays import Array
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
 from unmodelled.learning.uncertainty.problem import of_system

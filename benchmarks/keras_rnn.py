@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks import keras
 from benchmarks.slider_crank import BATCH, EPOCH, PERIOD, check_same_work, epoch, gradient, problem, settings
 from benchmarks.timing import side_by_side
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.learning.windows import Problem, Progress, weighting
 
 HORIZON = 300

@@ -18,7 +18,6 @@ import torch
 
 from benchmarks import keras
 from benchmarks.timing import side_by_side
-from pipeline.arrays import Array, Single
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence import passes
 from pipeline.cam_follower.sequence.arrays import room, views
@@ -26,6 +25,7 @@ from pipeline.cam_follower.sequence.kernel import gradient
 from pipeline.cam_follower.sequence.layout import flattened, sizes
 from pipeline.cam_follower.sequence.training import Draws, standardised
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array, Single
 from unmodelled.base.threads import one_thread
 
 BATCH, STEPS, BATCHES, LEAST = 32, 200, 10, 90

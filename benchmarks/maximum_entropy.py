@@ -12,7 +12,7 @@ from scipy.special import factorial, roots_legendre
 from scipy.stats import beta
 
 from benchmarks.timing import side_by_side
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.density import REACH
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 

@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 
 from benchmarks.timing import PeerMissing, seconds, side_by_side
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
 

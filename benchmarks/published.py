@@ -19,12 +19,12 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from pipeline.arrays import Array
 from pipeline.recordings import cascaded_tanks, emps, silverbox
 from pipeline.recordings.archive import Archive
 from pipeline.recordings.log_folder import parts
 from unmodelled.api.answer import Answer
 from unmodelled.api.named_effect import NamedEffect
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.diagnose import findings

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.augmented import AugmentedRecipe

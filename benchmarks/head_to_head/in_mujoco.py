@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.head_to_head.joints import QUANTITIES, JointFit
 from benchmarks.head_to_head.method import Model
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import replayed

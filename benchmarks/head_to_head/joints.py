@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from benchmarks.head_to_head.method import Model, uncertain, with_values
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import substeps_needed

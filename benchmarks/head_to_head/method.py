@@ -9,7 +9,7 @@ from typing import Protocol
 
 import sympy as sp
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis

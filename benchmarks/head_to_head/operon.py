@@ -7,7 +7,7 @@ import sympy as sp
 
 from benchmarks.head_to_head.method import Model
 from benchmarks.head_to_head.residual import Residual, best_law
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.systems.model import Port
 

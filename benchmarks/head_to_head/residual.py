@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from benchmarks.head_to_head.method import Model, gap_of, uncertain
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis

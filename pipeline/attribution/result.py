@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import spearmanr
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
 

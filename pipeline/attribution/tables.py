@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Indices
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley
 from pipeline.attribution.result import Attribution, agreement, players, relative_shares
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
+from unmodelled.base.arrays import Indices
 from unmodelled.base.errors import BadInput
 
 

@@ -10,9 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounced, on_cams
 from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json

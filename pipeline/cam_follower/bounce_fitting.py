@@ -6,10 +6,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, check_finite
 from pipeline.cam_follower.bounce_kernel import Stretches
 from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 

@@ -12,10 +12,10 @@ import numba
 import numpy as np
 import sympy as sp
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.kernels import compiled_function
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.compiling import kept
 
 #: Relative speed, m/s, below which contact no longer takes energy: the follower settles instead of sticking.

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 TURN = 2.0 * np.pi
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench, Conditions
+from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 
 

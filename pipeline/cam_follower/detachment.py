@@ -9,10 +9,10 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import jumps
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.lstm import DetachmentNetwork
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import check_name

@@ -9,13 +9,13 @@ import numpy as np
 import torch
 from scipy.optimize import least_squares
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.conditions import Bench, CamTable
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.motor import Motor
 from pipeline.cam_follower.rollout import residual
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
 

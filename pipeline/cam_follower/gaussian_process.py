@@ -11,11 +11,11 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, Kernel, WhiteK
 from threadpoolctl import threadpool_limits
 from torch import Generator, Tensor, nn
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.conditions import Bench, Conditions
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics, raw_inputs
 from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.progress import track
 
 #: Inputs of f_BB.

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import torch
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.contact import minimal_force
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.metrics import angle_mse, time_mse
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.progress import track
 from unmodelled.learning.splits import Fold
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array, Bools
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.learning.splits import Fold, Indices
+from unmodelled.learning.splits import Fold
 
 Tables = dict[str, pd.DataFrame]
 
@@ -81,7 +81,7 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
     }
 
 
-def threshold(share: Array, jump: Bools, default: float) -> float:
+def threshold(share: Array, jump: Mask, default: float) -> float:
     """Return the share of the stroke above which a run is called a jump, by logistic regression.
 
     The regression uses the standardised logarithm of the shares, because shares span decades; shares below a

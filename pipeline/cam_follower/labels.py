@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
+from unmodelled.base.arrays import Array
 
 
 def unwrapped(theta: Array) -> Array:

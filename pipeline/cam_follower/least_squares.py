@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import torch
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.conditions import Bench
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.linear import Linear
 from pipeline.cam_follower.sampler import once_per_fold
+from unmodelled.base.arrays import Indices
 
 #: Singular values below this share of the largest count as zero: inputs are in single precision.
 RANK = 1e-6

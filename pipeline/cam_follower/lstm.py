@@ -4,8 +4,8 @@ import numpy as np
 import torch
 from torch import Generator, Tensor, nn
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
 #: Runs that are predicted together.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 
 def project_on_angle(angle: Array, simulated_angle: Array, simulated: Array) -> Array:

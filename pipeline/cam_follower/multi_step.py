@@ -3,13 +3,13 @@
 import torch
 from torch import Generator, Tensor
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower import free_run
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.integrate import step
 from pipeline.cam_follower.motor import Motor, MotorHybrid
 from pipeline.cam_follower.one_step import Networked, new_model
 from pipeline.cam_follower.sampler import Sampler, once_per_fold
+from unmodelled.base.arrays import Indices
 from unmodelled.base.progress import track
 from unmodelled.learning.adam import Adam
 

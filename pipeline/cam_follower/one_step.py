@@ -5,11 +5,11 @@ from typing import Protocol
 import torch
 from torch import Generator, Tensor
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.conditions import Bench
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.arrays import Indices
 from unmodelled.base.progress import Counter
 from unmodelled.learning.adam import Adam
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import torch
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.held_out import explore, simulate_tests
+from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json

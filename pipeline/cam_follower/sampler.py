@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 import torch
 from torch import Generator, Tensor
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.dataset import Dataset
+from unmodelled.base.arrays import Indices
 
 
 class Sampler:

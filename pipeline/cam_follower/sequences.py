@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.arrays import Array, Bools, Indices
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 
@@ -74,9 +74,9 @@ class Sequences:
         return len(self.runs)
 
     @property
-    def mask(self) -> Bools:
+    def mask(self) -> Mask:
         """Whether a sample belongs to its run rather than to the padding, shape (runs, steps)."""
-        real: Bools = np.arange(self.features.shape[1]) < self.lengths[:, None]
+        real: Mask = np.arange(self.features.shape[1]) < self.lengths[:, None]
         return real
 
     def of_runs(self, rows: Indices) -> "Sequences":

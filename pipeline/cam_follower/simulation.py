@@ -11,12 +11,12 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 from torch import Tensor
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.bounce_fitting import AWAY, START, STRETCH, fit_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import DetachmentRecipe, Fitted
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json

@@ -9,7 +9,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.neural_network import MLPRegressor
 from threadpoolctl import threadpool_limits
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 
 def efficiency(current: Array, voltage: float, resistance: float, friction: float) -> Array:

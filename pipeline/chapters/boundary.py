@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 SETTING = ["H", "beta", "m"]
 

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import ConvexHull, Delaunay
 
-from pipeline.arrays import Array, Bools
 from pipeline.chapters.claims import Row
 from pipeline.chapters.leaves import spread_leaf
 from pipeline.chapters.verdicts import order_verdict
+from unmodelled.base.arrays import Array, Mask
 
 STATIC = (
     "virtual motor at 200 V; both models fitted to the same samples; RMSE against the noise-free efficiency; "
@@ -29,7 +29,7 @@ class Region:
         self.outline: Array = states[ConvexHull(states).vertices]
         self._inside = Delaunay(self.outline)
 
-    def holds(self, states: Array) -> Bools:
+    def holds(self, states: Array) -> Mask:
         """Tell whether the region contains states. Takes states (..., 2); gives (...,)."""
         return np.asarray(self._inside.find_simplex(states) >= 0)
 

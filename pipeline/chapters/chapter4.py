@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.chapters.claims import Row, row
 from pipeline.chapters.leaves import SAMPLES, mean_leaf, spread_leaf
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW, order_verdict
+from unmodelled.base.arrays import Array
 
 _row = partial(row, 4)
 

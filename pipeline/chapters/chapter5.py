@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.chapters.claims import Row, row
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.summary import leaf, share
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, falling_verdict, order_verdict, worst
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
 _row = partial(row, 5)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos, Expansion
 from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.families import ClippedNormal

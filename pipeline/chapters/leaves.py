@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 #: Draws of the bootstrap.
 SAMPLES = 2000

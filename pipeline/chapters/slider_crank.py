@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.parquet import read_parquet

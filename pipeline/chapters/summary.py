@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.chapters import published
 from pipeline.chapters.leaves import median_interval
+from unmodelled.base.arrays import Array
 
 Leaf = dict[str, Any]
 

@@ -10,8 +10,8 @@ from math import comb, factorial
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.chapters.leaves import median_interval
+from unmodelled.base.arrays import Array
 
 HOLDS, DIRECTION, FAILS = "holds", "holds in direction", "does not hold"
 UNTESTED, TOO_FEW = "cannot be tested on these data", "too few repeats"

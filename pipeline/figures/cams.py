@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN, Cam, cycloid
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import experiments_of, folded, levels, median_row, read
 from pipeline.figures.panels import cam_grid
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,

@@ -10,13 +10,13 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
 from pipeline.figures.examples import experiments_of, levels, median_row, nominal_and_bouncing, read
 from pipeline.figures.palette import nothing
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
 FORCE = "$F^†$ (N)"

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 
 FACTORS = ("V", "m", "H", "beta")

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.arrays import Array
 from pipeline.figures.examples import levels
 from pipeline.figures.palette import by_share, handle, look, present, shares, smallest_share, table
 from pipeline.figures.panels import STALL, edges, strokes_beside
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
 
 SETTING = ["H", "beta", "m"]

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, LogLocator, NullFormatter, NullLocator
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.parquet import read_parquet
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, WIDTH, Look, absent, new_figure
 

@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from pipeline.arrays import Array
 from pipeline.figures.examples import levels
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, LABELS, halo, level, new_figure
 
 Panels = dict[tuple[float, float], Axes]

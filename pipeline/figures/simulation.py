@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.examples import read
 from pipeline.figures.palette import band, by_share, handle, look, nothing, plain_log, present, shares, table
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, new_figure, setting, styled
 
 MSE = "MSE of ω ((rad/s)²)"

@@ -7,9 +7,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, read, varied
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import (
     BLACK,
     GREY,

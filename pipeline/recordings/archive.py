@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file, check_memory
 from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER

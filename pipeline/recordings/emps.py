@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from scipy.io import loadmat, whosmat
 
-from pipeline.arrays import Array
 from pipeline.recordings.log_folder import Experiment, Recording, parts
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import check_file, check_memory, limited_process
 from unmodelled.base.workers import pool_of

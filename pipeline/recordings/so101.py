@@ -11,9 +11,9 @@ from pathlib import PurePosixPath
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.recordings.archive import Archive, measured, numbers
 from pipeline.recordings.log_folder import Experiment, Recording
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
 #: The joint that is read, as joint_list.txt calls it.

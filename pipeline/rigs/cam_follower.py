@@ -18,8 +18,8 @@ import numpy as np
 from scipy.interpolate import PPoly
 from scipy.signal import lfilter, savgol_filter
 
-from pipeline.arrays import Array
 from pipeline.rigs.profile import TURN, cam_spline, profile
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import kept
 
 State = tuple[float, float, float, float, float]  # angle, speed, current, y, velocity of y

@@ -15,10 +15,10 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 from scipy.stats import norm
 
-from pipeline.arrays import Array
 from pipeline.rigs import clutch_rig
 from pipeline.rigs.clutch_rig import ClutchRig, Setting
 from pipeline.rigs.virtual import VirtualCampaign
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 

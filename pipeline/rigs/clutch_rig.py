@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from pipeline.arrays import Array, Bools
+from unmodelled.base.arrays import Array, Mask
 
 _START = 0.999  # speed of the idle input shaft over the motor's
 
@@ -74,7 +74,7 @@ class ClutchRig:
         film = self.gamma / np.maximum(self.z_M - z, self.gap) * slip
         return contact * self.alpha * plates + (1.0 - contact) * film
 
-    def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Bools) -> Array:
+    def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Mask) -> Array:
         """Return the time derivatives of the states x (5, n) at u (n,), A, with slope du, A/s."""
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
@@ -88,7 +88,7 @@ class ClutchRig:
         d_omega_1 = np.where(locked, together, (driving - passed) / self.J1)
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
-    def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Bools) -> Array:
+    def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Mask) -> Array:
         """Integrate x (5, n) over a Runge-Kutta step of h s with a linear course of the current u (n,), A."""
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import solve_ivp
 
-from pipeline.arrays import Array
 from pipeline.rigs.virtual import VirtualCampaign
+from unmodelled.base.arrays import Array
 
 TURN = 2 * float(np.pi)
 

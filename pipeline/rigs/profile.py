@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import kept
 
 TURN = 2.0 * np.pi

@@ -17,9 +17,9 @@ import mujoco
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
 from pipeline.rigs.virtual import VirtualCampaign
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.parquet import write_parquet

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 Profile = Callable[[Array], Array]  # time (s) to torque (N m), of the same shape
 _EDGE = 0.002  # duration (s) of a step: a drive limits the rate of its torque

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit
 
-from pipeline.arrays import Array
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.virtual import VirtualCampaign
+from unmodelled.base.arrays import Array
 from unmodelled.base.files import write_json
 
 

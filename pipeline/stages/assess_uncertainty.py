@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.chapters.readable import write_chapter
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb

@@ -16,13 +16,14 @@ from pipeline.cam_follower.detachment import Family
 from pipeline.cam_follower.jumps import example_rows
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
+from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.learning.splits import Indices, Split, fold_named
+from unmodelled.learning.splits import Split, fold_named
 
 Tables = dict[str, pd.DataFrame]
 

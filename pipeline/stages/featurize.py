@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.labels import mean_extreme
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
 from pipeline.chapters import chapter2
 from pipeline.chapters.claims import complete
 from pipeline.chapters.readable import equations_of, write_chapter, write_metrics
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb

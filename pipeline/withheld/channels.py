@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import sympy as sp
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 

@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.withheld.channels import parameter_channels
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study

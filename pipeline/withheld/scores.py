@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.arrays import Array
 from pipeline.chapters.leaves import SAMPLES, mean_leaf
 from pipeline.chapters.summary import share
 from pipeline.withheld.judging import CONFIDENT, NAMING
+from unmodelled.base.arrays import Array
 
 #: Of the confidence, from 0 to 1.
 BINS = 10

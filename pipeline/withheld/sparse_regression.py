@@ -15,7 +15,7 @@ import sympy as sp
 from sklearn.linear_model import LassoCV
 from sklearn.model_selection import GroupKFold
 
-from pipeline.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.added import Added
 from unmodelled.effects.library import effects

@@ -4,13 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from pipeline.attribution.result import Attribution
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
 
 STATES, UNITS = 5, 6
 

@@ -5,15 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from tests.machines.folders import logs_of
+from unmodelled.base.arrays import Array
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
 Rate = Callable[[float, Array, float], list[float]]
 
 SYSTEMS = Path(__file__).parents[2] / "systems"

@@ -9,18 +9,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.special import ndtri, roots_legendre
 from scipy.stats import truncnorm
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos, Expansion
 from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
 from unmodelled.uncertainty.families.orthogonal import Hermite
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
-
-Array = NDArray[np.float64]
 
 CLIPPED = ClippedNormal(-2.0, 5.0)
 ALPHA = np.array([[0.0, 2.0]])

@@ -24,11 +24,11 @@ from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, gate, gated, residual, with_bounce
 from pipeline.stages.featurize import interface_force, on_cam
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Split
 
-Array = NDArray[np.float64]
 PERIOD = 0.01
 PARAMETERS = BounceParameters(
     restitution=0.7, contact_compliance=6e-6, shaft_compliance=0.02, guide_coulomb=0.5, guide_viscous=10.0

@@ -10,6 +10,7 @@ from pytest import approx
 
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.formula_candidates import candidates, short_number
 from unmodelled.learning.closed_form import LARGEST, ClosedForm, closed_form
@@ -17,8 +18,6 @@ from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol
 from unmodelled.systems.numeric import NUMPY
 from unmodelled.systems.scope import Scope, Value
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

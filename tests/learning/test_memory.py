@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
 from sklearn.gaussian_process.kernels import RBF
 from torch import Generator, Tensor
 
@@ -21,9 +20,8 @@ from pipeline.cam_follower.linear import Linear
 from pipeline.cam_follower.memory import Narx, Recurrent
 from pipeline.cam_follower.relu_ode import BlackBox
 from pipeline.cam_follower.static import efficiency, fit_motor, fit_network
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
-
-Array = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("constant", [0.4, 1.25])

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import unmodelled
 from unmodelled.api.named_effect import NamedEffect
+from unmodelled.base.arrays import Array
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Table = pd.DataFrame | Mapping[str, Array]
 #: Function of states (states, ...) and inputs at one time to the time derivatives of the states.
 Rates = Callable[[Array, Array], Array | Sequence[Array | float]]

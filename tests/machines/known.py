@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from unmodelled import BadInput, Logs, System, read_logs, read_system, write_system
+from unmodelled.base.arrays import Array
 from unmodelled.systems.numeric import numpy_system_function
 
-Array = NDArray[np.float64]
 SYSTEMS = Path(__file__).parents[2] / "systems"
 NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
 #: A system without any parts, for `replace`.

@@ -7,15 +7,13 @@ import pytest
 import torch
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
 from pipeline.cam_follower.integrate import SPEED_LIMIT, rollout
+from unmodelled.base.arrays import Array
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import ORDER, filtered, noise, quantum, resolution, smooth_derivative
 from unmodelled.logs.resample import resample
-
-Array = NDArray[np.float64]
 
 
 @given(st.floats(0.5, 15.0))

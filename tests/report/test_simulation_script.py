@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
 from tests.diagnosis.diagnoses import Said, added_to, diagnosis, known, told
 from tests.diagnosis.test_stores import CELL, record
 from tests.machines.folders import system_of
 from tests.physics.kernel.random_systems import random_structure
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.live import live
 from unmodelled.diagnosis.data.recording import Recording
@@ -37,8 +37,6 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.report.rendering import STATIC
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-Array = NDArray[np.float64]
 
 RUN = """([k, kind, steps]) => {
   const e = window.LOADED.experiments[k];

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from numpy.typing import NDArray
 
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.withheld.campaign import write
@@ -23,13 +22,13 @@ from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY, MACHINES
 from pipeline.rigs.withheld.stepping import move
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
 pytestmark = pytest.mark.long
 
-Array = NDArray[np.float64]
 OFFERED = [(machine, one) for machine in EVERY for one in machine.plantable]
 NAMED = [f"{machine.name}-{one.family}-{one.channel}" for machine, one in OFFERED]
 SEED = 5  # all of these campaigns log everything

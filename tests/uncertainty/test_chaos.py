@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos, Expansion, multi_indices
 from unmodelled.uncertainty.families import (
@@ -21,8 +21,6 @@ from unmodelled.uncertainty.families import (
     TruncatedNormal,
     Uniform,
 )
-
-Array = NDArray[np.float64]
 
 Families, Alpha = tuple[Family, ...], list[list[float]]
 CASES: list[tuple[Families, Alpha]] = [

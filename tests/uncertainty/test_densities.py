@@ -7,17 +7,15 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.integrate import cumulative_trapezoid, quad
 from scipy.special import roots_legendre
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.density import REACH, Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.empirical import BINS, Empirical, Histogram
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
-
-Array = NDArray[np.float64]
 
 
 def test_gaussian() -> None:

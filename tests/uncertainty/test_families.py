@@ -11,9 +11,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from numpy.typing import NDArray
 from scipy.special import roots_genlaguerre, roots_hermitenorm, roots_jacobi, roots_legendre
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty import families
 from unmodelled.uncertainty.chaos import Chaos
@@ -27,8 +27,6 @@ from unmodelled.uncertainty.families import (
     Uniform,
 )
 from unmodelled.uncertainty.families.orthogonal import Germ, Hermite, Jacobi, Laguerre
-
-Array = NDArray[np.float64]
 
 NORMALS = ((0.91, 0.081), (0.75, 0.3), (1.0, 0.002), (0.3, 0.05), (1.6, 0.1))
 MEMBERS: dict[type[Family], list[tuple[Family, tuple[float, float]]]] = {

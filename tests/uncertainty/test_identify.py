@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.ascent import Objective, climb
 from unmodelled.uncertainty.box import Box
@@ -16,7 +16,6 @@ from unmodelled.uncertainty.identify import Identification, Settings, identify
 from unmodelled.uncertainty.profile import profile
 from unmodelled.uncertainty.replicate import coverage, replicate, summarise_estimates
 
-Array = NDArray[np.float64]
 SAMPLE = np.random.default_rng(4).normal(0.9, 0.05, 60)
 BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.stats import kurtosis, lognorm, norm, skew
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.density import GaussianDensity
@@ -26,7 +26,6 @@ from unmodelled.uncertainty.response import Formula, evaluate_response
 from unmodelled.uncertainty.sampling import data_sets, draw, even_grid
 from unmodelled.uncertainty.surface import ResponseSurface
 
-Array = NDArray[np.float64]
 NAMES = ("theta_1", "theta_2")
 BOX = np.array([[0.7, 1.3], [0.4, 1.15]])
 CLIPPED = (ClippedNormal(0.7, 1.3), ClippedNormal(0.4, 1.15))

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
 
 #: Knots per input of the cubic splines that stand for a network of one or two inputs.
 KNOTS = 8

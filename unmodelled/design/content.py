@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.wording import number, unit_text
 from unmodelled.design.criterion import BestSensor, Value
 from unmodelled.design.design import Design
@@ -22,8 +22,6 @@ from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit
-
-Array = NDArray[np.float64]
 
 SCHEMA = "next/2"
 #: Probability below which an experiment does not tell two models apart, and digits of a number.

@@ -11,14 +11,12 @@ from functools import partial
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.design.limits import Limits
 from unmodelled.design.rivals import Rival
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.units import describe, parse_unit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

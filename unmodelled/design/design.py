@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.wording import effect_names
 from unmodelled.design.checked import check_answer
@@ -30,8 +30,6 @@ from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Members of a population, generations in every family, and further ones around the best experiment, which
 #: are first drawn within `NEAR` of it: a budget of time.

@@ -12,16 +12,15 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import orth
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.design.absorption import beside_networks
 from unmodelled.design.sensitivity import Sensitivity, sensitivity
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Names = tuple[str, ...]
 
 #: Stands for exactly collinear, which rounding hides.

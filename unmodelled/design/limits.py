@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Constant, System
 from unmodelled.systems.units import LoggedUnit
-
-Array = NDArray[np.float64]
 
 #: Fewest and most samples of an experiment. Thousands of experiments are simulated.
 FEWEST, MOST = 20, 20_000

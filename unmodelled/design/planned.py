@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, frame, quantities, read_experiment, simulated
@@ -18,7 +18,6 @@ from unmodelled.design.signals import FAMILIES
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 #: Inputs, shape (samples, inputs), SI, by name of the experiment.
 Inputs = Mapping[str, Array]
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, quantities, simulated
@@ -27,7 +27,6 @@ from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Entry = Mapping[str, Any]
 
 #: Starting values of a fit that are tried, at most.

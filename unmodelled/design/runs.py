@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.design.limits import Limits, Range
@@ -19,8 +19,6 @@ from unmodelled.logs.assembly import in_si
 from unmodelled.logs.logs import as_logged
 from unmodelled.logs.table import Columns, read_columns
 from unmodelled.systems.model import Input, System, symbol
-
-Array = NDArray[np.float64]
 
 
 def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:

@@ -8,16 +8,14 @@ from math import ceil
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.functions import gradient
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Samples that the matrix is made from, about, at most.
 SAMPLES = 20_000

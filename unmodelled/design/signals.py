@@ -11,11 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.design.limits import Limits
-
-Array = NDArray[np.float64]
 
 #: Levels or knots of a signal, and sines of a multisine.
 LEVELS, SINES = 8, 4

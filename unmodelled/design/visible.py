@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import ndtri
 
+from unmodelled.base.arrays import Array
 from unmodelled.design.identifiability import correlated
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.path import Path
@@ -27,8 +27,6 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Distance of two models, in standard deviations, at which an experiment tells them apart with 95 %: the odds
 #: of `next` are the normal distribution function at half the distance.

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.lines import one_line
 from unmodelled.drafting.motion import Drive, Slope, at, drive_of, slope_of
 from unmodelled.drafting.names import Role, is_command, words_of
 from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
-from unmodelled.logs.readers.reader import Array
 from unmodelled.systems.units import parse_logged
 
 #: Samples of a log that are looked at.

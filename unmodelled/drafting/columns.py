@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.drafting.names import Role, meaning_of
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
 #: Units of time that recorders use, and usual sampling rates, Hz, of machines that move and of others.

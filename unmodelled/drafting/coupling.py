@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.drafting.balances import NONE, PARTS, Balance, StoreFit
 from unmodelled.drafting.channels import SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import at, explained, over
 from unmodelled.drafting.units import dimension_of
-from unmodelled.logs.readers.reader import Array
 
 
 def coupled(balances: Sequence[Balance], experiments: Sequence[Sequence[Signal]]) -> list[Balance]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.logs.readers.reader import Array
+from unmodelled.base.arrays import Array
 
 #: Time over which a speed is averaged and an acceleration is integrated, s, and the fewest samples for it.
 AVERAGED, FEWEST = 0.05, 2

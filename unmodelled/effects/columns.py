@@ -8,11 +8,9 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.model import Constant, System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
@@ -19,8 +19,6 @@ from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.units import parse_unit
 from unmodelled.systems.writer import write_system
-
-Array = NDArray[np.float64]
 
 #: Random states at which two texts of a system are compared, and their relative difference by rounding.
 POINTS, ROUNDING = 40, 1e-9

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
+
 HIGHEST_POWER, HIGHEST_HARMONIC = 5, 4
 
 

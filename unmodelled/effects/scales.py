@@ -9,12 +9,11 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.effects.load import load
 from unmodelled.effects.motion import mobility
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Samples over which a measured slope is taken; one is too noisy.
 LAG = 10

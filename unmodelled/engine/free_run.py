@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from unmodelled.base.arrays import Array, Indices
+
 Method = Literal["euler", "rk4"]
 
 #: Explicit Runge-Kutta methods: coefficient on the stage before, weight, and time of every stage.

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Method
 from unmodelled.learning.evaluation import judged
@@ -29,8 +29,6 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

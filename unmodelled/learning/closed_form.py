@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.formula_candidates import (
     Motion,
@@ -27,7 +28,6 @@ from unmodelled.effects.formula_candidates import (
     sum_text,
 )
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 FEWEST, LARGEST = 50, 6  # samples; terms
 _WORTH = 0.002  # of the force's range: a gain (rms) below it is not worth a term, a network is no more exact

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.base.notebook import shown
 from unmodelled.engine.free_run import Integration
@@ -21,8 +21,6 @@ from unmodelled.logs.logs import Logs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
@@ -17,8 +16,6 @@ from unmodelled.learning.fit import Fit
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.resume import identity, load_progress, save_progress
 from unmodelled.learning.windows import Problem, Progress, Training, finished
-
-Indices = NDArray[np.int64]
 
 #: Time between two checkpoints, s.
 INTERVAL = 10.0

@@ -8,16 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import torch
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.progress import track
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.rollout import Measured, simulate
 from unmodelled.logs.logs import Logs
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: A simulated state this many times larger than any measured one counts as diverged, and is held there.
 LARGEST = 10.0

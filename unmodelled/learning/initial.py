@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.learning.rollout import Measured
 from unmodelled.systems.reference import torch_equations
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Samples over which a measured slope is taken to estimate the size of the missing effort; one is too noisy.
 LAG = 10

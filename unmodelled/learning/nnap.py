@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.systems.reference import torch_equations
-
-Array = NDArray[np.float64]
 
 
 class Nnap(nn.Module):

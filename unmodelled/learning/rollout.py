@@ -7,17 +7,14 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.backend import Generated
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.free_run import Integration, Windows
 from unmodelled.learning.nnap import Nnap
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, minimize
 from torch import Tensor
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
 from unmodelled.base.workers import threads_of
@@ -23,9 +23,6 @@ from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.rollout import Measured, rollout
 from unmodelled.learning.windows import Problem, Progress, Windows, weighting
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Loss in place of one that is not finite, so that a line search turns back; a usual loss is below one.
 BLOWN_UP = 1e10

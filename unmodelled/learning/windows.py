@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.base.workers import threads_of
 from unmodelled.engine.compiled.compiled import kernel
@@ -18,9 +18,6 @@ from unmodelled.engine.compiled.training import train
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
 from unmodelled.learning.rollout import Measured, arguments
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Training(Protocol):

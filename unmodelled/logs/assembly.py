@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.logs.alive import check_alive, check_size, is_dead
 from unmodelled.logs.clock import (
@@ -31,8 +31,6 @@ from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
 from unmodelled.logs.table import SMALLEST, Columns, TextTable, check_header, check_texts
 from unmodelled.systems.model import Input, Output, System
-
-Array = NDArray[np.float64]
 
 TURN = 2.0 * np.pi  # rad
 #: Distance by which a sample is moved, as a share of a period, from which differences of samples are rough.

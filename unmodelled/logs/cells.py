@@ -9,11 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, Faults
-
-Array = NDArray[np.float64]
 
 #: No measurement is larger, and squares of what is smaller do not overflow.
 LARGEST = 1e100

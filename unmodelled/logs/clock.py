@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.table import Columns
 from unmodelled.logs.time_units import looks_like_days
 
-Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 Kind = Literal["cubic", "linear"]
 #: Numbers of samples, or all of them.

@@ -10,7 +10,7 @@ from math import comb, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
 
 #: Order of the polynomial; order 4 has the same derivative in the middle and is noisier at the ends.
 ORDER = 3

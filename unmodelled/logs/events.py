@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import sympy as sp
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.measurements import names
 from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import TIME, Event, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 SUSTAINED = 10  # samples over which the expression must stay down
 SMALL = 2e-3  # share of its range below which it counts as zero, besides noise

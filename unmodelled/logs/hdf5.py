@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.files import replacing
 from unmodelled.base.limits import check_file, check_memory, limit_time, limited_process
@@ -32,7 +32,6 @@ from unmodelled.systems.units import parse_unit
 if TYPE_CHECKING:
     import h5py  # loaded by those who read or write such a file alone
 
-Array = NDArray[np.float64]
 
 #: How an HDF5 file begins, and where: MATLAB writes 512 bytes of its own first.
 SIGNATURE, STARTS = b"\x89HDF\r\n\x1a\n", (0, 512)

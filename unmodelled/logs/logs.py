@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.shapes import check_shape
@@ -21,8 +21,6 @@ from unmodelled.logs.measurements import Continued, Measurements, names
 from unmodelled.logs.recognition import refuse_missing
 from unmodelled.logs.table import Columns, TextTable, check_repeated, check_texts
 from unmodelled.systems.model import Input, Logged, Output, System
-
-Array = NDArray[np.float64]
 
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, Faults, closest
 from unmodelled.logs.assembly import assembled, checked_in_si
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -18,7 +19,7 @@ from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.mapping import ByFile, Column, LogMapping, mapping_of, read_mapping
 from unmodelled.logs.readers.known import read_files
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.record import (
     LATEST,
     NAMES,

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Names = tuple[str, ...]
 
 #: Share of all samples in experiments whose length does not count as usual: one short part of a record must

@@ -6,17 +6,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.logs.measurements import Measurements
 from unmodelled.logs.readings import Reading, hidden_states, without_beside
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Integration steps per sampling period; the next number is taken where one is unstable.
 SUBSTEPS = (4, 32)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.clock import SHORTEST_LOG, delayed
 from unmodelled.logs.constants import part_name, with_constants
@@ -17,8 +17,6 @@ from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import Reading, hidden_states, readings
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
 
 #: Parts into which a record that is alone is cut, at most.
 PARTS = 8

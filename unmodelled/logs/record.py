@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.mapping import Column, LogMapping
 from unmodelled.logs.readers.names import PUBLISHER
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
 Rows = NDArray[np.int64]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
 
 
 def resample(t: Array, signals: Array, period: float, cutoff_share: float = 0.8) -> tuple[Array, Array]:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import Faults, closest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import LONGEST_GAP, read_at
 from unmodelled.logs.mapping import LogMapping, Signal
-from unmodelled.logs.readers.reader import Array
 from unmodelled.logs.record import Found, Record, Rows, check_coarse, in_order
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit, parse_logged

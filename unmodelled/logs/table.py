@@ -15,13 +15,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
 from unmodelled.logs.cells import LARGEST, frame_columns, no_number, shown
 from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
 
-Array = NDArray[np.float64]
 Records = Iterator[tuple[int, list[str]]]  # number of a row in the file, and its cells
 
 #: No measurement in SI units varies by less; sizes below 1e-12 are not told from zero (`effects.scales`).

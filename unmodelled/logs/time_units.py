@@ -5,11 +5,9 @@ from __future__ import annotations
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.units import SECOND, LoggedUnit, parse_logged
-
-Array = NDArray[np.float64]
 
 DAY = 86_400.0  # s
 #: Days from the beginning of a count to 1970: Julian days, MATLAB's datenum, spreadsheets, days since 1970.

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
@@ -19,7 +19,6 @@ from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.headline import as_said, fallen, headline, main_number, outcome, percent
 from unmodelled.report.numbers import amounts, number, quantity, unit_text
 
-Array = NDArray[np.float64]
 Entry = Mapping[str, Any]
 
 SUMMARY = "diagnosis.json"

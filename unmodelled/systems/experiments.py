@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.systems.model import Event, System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

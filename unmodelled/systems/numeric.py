@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.model import TIME, System
 from unmodelled.systems.procedure import common_parts
 from unmodelled.systems.tables import Table
 
-Array = NDArray[np.float64]
 SystemFunction = Callable[[Any, Any, Any, Any, Any, Any], Array]
 
 #: What the functions with corners mean in numpy; `lookup` needs the tables of a system.

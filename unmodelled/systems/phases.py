@@ -13,12 +13,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.experiments import Experiments, event_named, scaled_parameters
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.model import Event, System
 from unmodelled.systems.numeric import numpy_system_function
 
-Array = NDArray[np.float64]
 Rates = Callable[[Array | float, Array], Array]  # (t, x) -> x'
 
 

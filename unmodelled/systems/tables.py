@@ -7,9 +7,8 @@ from functools import cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
 
 
 @dataclass(frozen=True)

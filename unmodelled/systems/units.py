@@ -11,11 +11,10 @@ from fractions import Fraction
 from functools import cache
 from itertools import product
 
-import numpy as np
 import pint
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
+
 #: Exponents of kg, m, s, A, K, mol and cd.
 Dimension = tuple[Fraction, ...]
 

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.box import Box
 
-Array = NDArray[np.float64]
 #: Log-likelihoods (B,) of a batch of parameters (B, k).
 Objective = Callable[[Array], Array]
 

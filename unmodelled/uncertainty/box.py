@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 #: Ratio of positive bounds from which a parameter is searched on a logarithmic scale.
 DECADE = 10.0

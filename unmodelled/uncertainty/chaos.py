@@ -9,11 +9,11 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.families.orthogonal import Germ
 
-Array = NDArray[np.float64]
 Germs = tuple[Germ, ...]
 
 #: Below this share of the mean a standard deviation is rounding.

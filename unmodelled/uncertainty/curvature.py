@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.ascent import DEEP, Objective
 from unmodelled.uncertainty.box import Box
-
-Array = NDArray[np.float64]
 
 #: First step of the second differences and the largest, as a share of the width of the bounds; steps are
 #: refined until the log-likelihood falls by `DROP`: far above its noise, near enough for a parabola.

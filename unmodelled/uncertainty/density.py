@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from math import log, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
 
 #: Standard deviations on either side of the mean that stand for the whole line: 1e-15 of a Gaussian's mass
 #: lies beyond, and no density that has a Gaussian's tails feels the cut.

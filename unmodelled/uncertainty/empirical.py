@@ -9,9 +9,10 @@ import numpy as np
 from scipy import fft
 from scipy.interpolate import PchipInterpolator
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import compiled
 from unmodelled.base.errors import BadInput
-from unmodelled.uncertainty.density import Array, Density, GaussianDensity
+from unmodelled.uncertainty.density import Density, GaussianDensity
 
 #: Of every output; a range that must grow merges them by pairs.
 BINS = 1024

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import compiled
-from unmodelled.uncertainty.density import Array
 from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 
 #: Gauss-Legendre nodes; a density counts once a rule finds its moments right that it was not made with.

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.ascent import Objective, Recorder, climb
 from unmodelled.uncertainty.box import Box
-
-Array = NDArray[np.float64]
 
 #: Distance from a bound, in the unit cube of the search, that counts as lying on it.
 AT_BOUND = 1e-3

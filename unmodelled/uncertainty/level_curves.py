@@ -9,12 +9,11 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 from unmodelled.uncertainty.tracing import follow, steepness
-
-Array = NDArray[np.float64]
 
 #: Share of an output's range by which it may move against its sense between two nodes: a simulation's noise.
 NOISE = 1e-3

@@ -9,9 +9,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.density import Density
 
-Array = NDArray[np.float64]
 #: Log-densities (B, L) of the data under a batch of parameters (B, n, 2).
 LogDensity = Callable[[Array], Array]
 

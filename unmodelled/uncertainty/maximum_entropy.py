@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty import exponential
-from unmodelled.uncertainty.density import Array, Density, GaussianDensity, check_spread
+from unmodelled.uncertainty.density import Density, GaussianDensity, check_spread
 from unmodelled.uncertainty.exponential import maximise_entropy
 
 #: Difference of the first two standardised moments from 0 and 1 that rounding explains.

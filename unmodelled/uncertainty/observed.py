@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import compiled
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.level_curves import Monotone
-
-Array = NDArray[np.float64]
-
 
 #: Nodes along a level curve, and cells of the bounds in which densities of the parameters are tabulated:
 #: enough for standard deviations of a 300th of the width of the bounds, to 1e-3 in the logarithm.

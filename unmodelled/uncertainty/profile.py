@@ -12,16 +12,14 @@ from functools import cached_property
 from itertools import pairwise, product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.ascent import DEEP, Objective, Peak, Recorder, climb
 from unmodelled.uncertainty.box import Box
 from unmodelled.uncertainty.curvature import curvature
-
-Array = NDArray[np.float64]
 
 #: Deviance at the ends of a 95 % interval of one parameter, and on the edge of the 95 % region of two.
 THRESHOLD = float(chi2.ppf(0.95, 1))

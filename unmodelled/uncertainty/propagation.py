@@ -13,8 +13,8 @@ from math import comb
 from typing import Protocol, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.density import Density, GaussianDensity
@@ -25,8 +25,6 @@ from unmodelled.uncertainty.push_forward import PushForward
 from unmodelled.uncertainty.response import Response, evaluate_response
 from unmodelled.uncertainty.sampling import draw, even_grid
 from unmodelled.uncertainty.surface import ResponseSurface
-
-Array = NDArray[np.float64]
 
 #: Samples whose outputs are kept at a time.
 BLOCK = 20_000

@@ -8,16 +8,14 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.density import Density
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.level_curves import LevelCurves
 from unmodelled.uncertainty.observed import check_confined
 from unmodelled.uncertainty.response import Formula
 from unmodelled.uncertainty.surface import ResponseSurface
-
-Array = NDArray[np.float64]
 
 #: Nodes along the part of a level curve that has probability.
 NODES = 64

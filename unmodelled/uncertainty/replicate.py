@@ -8,13 +8,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.identify import Identification
-
-Array = NDArray[np.float64]
 
 
 def replicate(

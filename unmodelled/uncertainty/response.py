@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-
-Array = NDArray[np.float64]
 
 #: Share of a bound's width by which rounding may carry a parameter past it.
 ROUNDING = 1e-9

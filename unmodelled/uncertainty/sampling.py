@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.response import Response, evaluate_response
-
-Array = NDArray[np.float64]
 
 
 def draw(families: Sequence[Family], alpha: Array, count: int, generator: np.random.Generator) -> Array:

@@ -8,16 +8,14 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline
 from scipy.sparse import csr_array
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.level_curves import Monotone
 from unmodelled.uncertainty.observed import Observed
 from unmodelled.uncertainty.response import Response, check_inside, evaluate_response
-
-Array = NDArray[np.float64]
 
 #: A slope at a node may be this many times the smaller of the two secants beside it: up to three, a cubic
 #: between two nodes does not leave the interval of their values.

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import compiled
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Four = tuple[float, float, float, float]
 

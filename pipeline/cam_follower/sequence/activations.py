@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.arrays import Single
+from unmodelled.base.arrays import Single
 from unmodelled.base.compiling import compiled
 
 ZERO, HALF, ONE = (np.float32(x) for x in (0.0, 0.5, 1.0))

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Indices, Single
 from pipeline.cam_follower.sequence.products import LEAST
+from unmodelled.base.arrays import Indices, Single
 from unmodelled.base.compiling import compiled
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json

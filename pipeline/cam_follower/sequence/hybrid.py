@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.arrays import Array, Indices
 from pipeline.cam_follower.detachment import DetachmentRecipe, Fitted
 from pipeline.cam_follower.sequence.fits import Fits
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceFits, BounceRecipe, gated, residual
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from pipeline.arrays import Single
 from pipeline.cam_follower.sequence.activations import add_columns, copy, rectified, set_rows, sigmoid, tanh
 from pipeline.cam_follower.sequence.arrays import Batch, Sizes, Weights, Work, views
 from pipeline.cam_follower.sequence.products import add_product
+from unmodelled.base.arrays import Single
 from unmodelled.base.compiling import compiled
 
 ZERO, ONE, TWO = (np.float32(x) for x in (0.0, 1.0, 2.0))

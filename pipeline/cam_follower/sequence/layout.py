@@ -3,10 +3,10 @@
 import numpy as np
 import torch
 
-from pipeline.arrays import Single
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence.arrays import Sizes, filled_up, views
 from pipeline.cam_follower.sequence.products import LEAST
+from unmodelled.base.arrays import Single
 from unmodelled.base.errors import BadInput
 
 #: The kernel's order of the gates (input, forget, output, candidate) among torch's.

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Indices, Single
 from pipeline.cam_follower.sequence.arrays import Batch, Sizes, Work
 from pipeline.cam_follower.sequence.kernel import gradient
 from pipeline.cam_follower.sequence.products import LEAST
+from unmodelled.base.arrays import Indices, Single
 from unmodelled.base.compiling import compiled
 
 #: Of the Adam optimiser: how much of its moments stays, and what keeps it from dividing by zero.

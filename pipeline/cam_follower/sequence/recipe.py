@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import torch
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.detachment import DetachmentRecipe
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence.arrays import Sizes
@@ -22,6 +21,7 @@ from pipeline.cam_follower.sequence.layout import sizes
 from pipeline.cam_follower.sequence.stack import train_stack
 from pipeline.cam_follower.sequence.training import Course, Start, Training, standardised, train
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import claim, write_json

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Indices
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence import passes
 from pipeline.cam_follower.sequence.arrays import filled_up, room
 from pipeline.cam_follower.sequence.layout import flattened, restore, sizes
 from pipeline.cam_follower.sequence.passes import Adam, Runs
 from pipeline.cam_follower.sequences import Sequences
+from unmodelled.base.arrays import Indices
 
 
 @dataclass(frozen=True)

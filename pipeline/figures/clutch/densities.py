@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import truncnorm
 
-from pipeline.arrays import Array
 from pipeline.figures.clutch.points import PANEL, Place, area, measured, measured_handles, places
 from pipeline.figures.clutch.tables import (
     DEMO,
@@ -25,6 +24,7 @@ from pipeline.figures.clutch.tables import (
     table,
 )
 from pipeline.figures.palette import WINE
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import absent, new_figure, styled
 
 #: Share of the width of the bounds that is shown around them.

@@ -15,7 +15,6 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from scipy.stats import chi2
 
-from pipeline.arrays import Array
 from pipeline.figures.clutch.tables import (
     LOOKS,
     PUSH_FORWARD,
@@ -27,6 +26,7 @@ from pipeline.figures.clutch.tables import (
     table,
 )
 from pipeline.figures.palette import INDIGO, WINE, nothing
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
 
 NUMBERS = ("mu_1", "mu_2", "sigma_1", "sigma_2")

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from pipeline.arrays import Array
 from pipeline.figures.clutch.tables import dot
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK
 
 PANEL = 2.0  # in, height of a panel

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, FuncFormatter, LogLocator, NullLocator
 
-from pipeline.arrays import Array
 from pipeline.chapters.summary import leaf, share
 from pipeline.figures.examples import experiments_of
 from pipeline.figures.jumps.tables import (
@@ -30,6 +29,7 @@ from pipeline.figures.jumps.tables import (
     table,
 )
 from pipeline.figures.palette import nothing, plain_log
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, GREY, LABELS, MM, Look, new_figure, styled
 
 #: A negative F-dagger of the measured run says jump; it stands beside the models.

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pipeline.arrays import Array
 from pipeline.figures.examples import experiments_of, read
 from pipeline.figures.jumps.tables import (
     EXPLAINED,
@@ -29,6 +28,7 @@ from pipeline.figures.jumps.tables import (
     with_angle,
 )
 from pipeline.figures.palette import nothing
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, GREY, MM, new_figure, styled
 
 PERIOD = 0.01  # s, of the steps that are explained

@@ -11,9 +11,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from pipeline.arrays import Array
 from pipeline.figures.palette import INDIGO
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.arrays import Array
 from pipeline.figures.palette import INDIGO, WINE, nothing
 from pipeline.figures.slider_crank.tables import number, plain_log_x, table
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from pipeline.arrays import Array, Bools
 from pipeline.figures.palette import INDIGO, tables_of
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.report.figures.style import BLACK, ORANGE
 
 RMSE = "RMSE of ω (rad/s)"
@@ -114,7 +114,7 @@ def plain_log_x(axes: Axes) -> None:
     axes.grid(axis="x", linewidth=0.5)
 
 
-def by_direction(v: Array) -> list[tuple[str, str, Bools]]:
+def by_direction(v: Array) -> list[tuple[str, str, Mask]]:
     """Return name, colour and samples of both directions of the slider. Takes v (n,) in m/s; gives (n,)."""
     masks = (v > 0.0, v < 0.0)
     return [(name, colour, mask) for (name, colour), mask in zip(DIRECTIONS.items(), masks, strict=True)]

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.arrays import Array
 from pipeline.figures.tutorial.tables import LOOKS, line, table
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled, thin
 
 ANGLE, SPEED, TIME = "angle θ (rad)", "angular velocity ω (rad/s)", "time t (s)"

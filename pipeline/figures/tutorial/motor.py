@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from pipeline.arrays import Array, Bools
 from pipeline.figures.palette import INDIGO, listed_x, plain_log
 from pipeline.figures.tutorial.tables import (
     CURRENT,
@@ -23,6 +22,7 @@ from pipeline.figures.tutorial.tables import (
     line,
     table,
 )
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, SKY, new_figure, styled
 
 PHYSICS = LOOKS["physics"].colour
@@ -98,7 +98,7 @@ def network_beyond_the_data(data: Path) -> Figure:
 
 
 def _errors(
-    axes: Axes, name: str, curve: pd.DataFrame, networks: pd.DataFrame, truth: Array, where: Bools
+    axes: Axes, name: str, curve: pd.DataFrame, networks: pd.DataFrame, truth: Array, where: Mask
 ) -> None:
     """A title with the errors of both at the currents `where`."""
     predicted = networks.pivot(index="seed", columns="current", values="efficiency").to_numpy()

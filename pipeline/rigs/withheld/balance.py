@@ -5,9 +5,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
+from unmodelled.base.arrays import Array
 
 
 class Balance(Machine):

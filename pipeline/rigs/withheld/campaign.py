@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from pipeline.arrays import Array
 from pipeline.rigs.virtual import VirtualCampaign
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
 from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.experiments import Experiments, run
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.parquet import write_parquet

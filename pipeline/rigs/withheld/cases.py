@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Effect, Only, Plan, Plantable, PortEffect
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
 GROUP = "group"

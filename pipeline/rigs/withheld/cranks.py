@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Machine, Range, Sensor
+from unmodelled.base.arrays import Array
 
 _COUNT = 2.0 * np.pi / 8192
 

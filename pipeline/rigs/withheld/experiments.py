@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 from pipeline.rigs.withheld.stepping import Motion, move
+from unmodelled.base.arrays import Array
 
 #: Channel and effect of planted effects.
 Placed = Sequence[tuple[str, Effect]]

@@ -7,8 +7,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Plantable, Port, PortEffect
+from unmodelled.base.arrays import Array
 
 #: Acceleration of free fall, m/s^2.
 GRAVITY = 9.81

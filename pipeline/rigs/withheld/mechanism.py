@@ -6,9 +6,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from pipeline.arrays import Array, Bools
 from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
+from unmodelled.base.arrays import Array, Mask
 
 
 class Mechanism(Machine):
@@ -96,7 +96,7 @@ class Mechanism(Machine):
             new = new + np.where(moving, change, change / dt)
         return State(np.where(moving, middle + 0.5 * dt * new, q + dt * new), new, v)
 
-    def _moving(self, q: Array) -> Bools:
+    def _moving(self, q: Array) -> Mask:
         """Whether a row is a coordinate, (d, 1)."""
         return np.asarray(np.arange(len(q))[:, None] < len(q) - self.levels)
 

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan
 from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
+from unmodelled.base.arrays import Array
 
 #: Reference, its slope, positions, velocities and conditions -> command.
 Control = Callable[[Array, Array, Array, Array, Conditions], Array]

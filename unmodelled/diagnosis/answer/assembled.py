@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Compared,

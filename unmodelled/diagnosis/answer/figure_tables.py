@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
 from unmodelled.base.wording import law_name, level_name, place_name
@@ -18,7 +19,6 @@ from unmodelled.diagnosis.answer.column_units import (
     table_in_columns,
 )
 from unmodelled.diagnosis.answer.live_machine import about_machine
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.correction_tables import (

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 import sympy as sp
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.files import read_json, replacing
 from unmodelled.base.tables import read_table
 from unmodelled.diagnosis.answer.column_units import axis_unit
 from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
 from unmodelled.diagnosis.answer.live_machine import experiments, machine
 from unmodelled.diagnosis.answer.live_numbers import about_effects, given_values, sliders
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.engine.machine.javascript import as_data

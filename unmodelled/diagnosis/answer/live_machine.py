@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.answer.live_numbers import parameter_sliders, values_of
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors

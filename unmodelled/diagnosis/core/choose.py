@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.core.comparison import signs
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.left_out_kernels import MOST
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups
 

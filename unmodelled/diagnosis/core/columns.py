@@ -9,10 +9,10 @@ from itertools import product
 
 import numpy as np
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.core.local_laws import LocalLaws
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.core.propagation import propagate
-from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
 from unmodelled.effects.delay import Delay

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 
 #: Parts up to which all changes of signs are counted; of more parts, so many random ones.
 EXACT, DRAWN = 12, 4096

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
 from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
 from unmodelled.diagnosis.core.left_out_kernels import without_starts
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.systems.model import System
 

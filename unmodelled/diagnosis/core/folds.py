@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 
 #: Plausible sizes by which the prior of an amplitude spreads.
 PRIOR = 3.0

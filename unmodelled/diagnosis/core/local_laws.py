@@ -9,8 +9,8 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.core.path import Path
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.effects.law import Law
 from unmodelled.effects.motion import acceleration
 from unmodelled.effects.place import Place, Site

@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core import propagation
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.floor import start_noise

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.sensors import Sensors, SmoothedSlope
 from unmodelled.logs.clock import Kind, read_at
 from unmodelled.logs.logs import Logs

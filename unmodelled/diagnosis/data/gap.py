@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.units import LoggedUnit
 

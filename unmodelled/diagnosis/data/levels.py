@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from unmodelled.diagnosis.data.arrays import Indices
+from unmodelled.base.arrays import Indices
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 
 #: Largest number of levels of a factor, each of which has candidates of its own (a budget).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors

@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.logs.logs import Logs

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import LogProblem, Question
 from unmodelled.logs.clock import delayed

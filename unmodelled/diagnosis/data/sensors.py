@@ -10,7 +10,7 @@ from math import sqrt
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import EVERY, Rows, Splines
 from unmodelled.logs.differentiate import ORDER, kernel, noise, resolution, smooth_derivative

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.program import Program

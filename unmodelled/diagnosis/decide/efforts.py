@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.motion import acceleration, is_inertial, mobility

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis

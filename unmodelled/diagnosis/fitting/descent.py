@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights

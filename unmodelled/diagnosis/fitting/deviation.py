@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import ENOUGH, LARGEST_ERROR, SHARE, SUBSTEPS
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE, Descent, begin, iterate
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.deviation import Deviation
 from unmodelled.diagnosis.fitting.simulation import Simulation

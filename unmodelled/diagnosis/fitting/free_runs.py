@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.gap import (
     DIVERGED,
     LARGEST_ERROR,

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import stdtrit
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.normal_equations import RANK
 

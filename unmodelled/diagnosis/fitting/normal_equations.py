@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 
 #: Relative curvature below which the data do not determine an unknown: a few thousand roundings.
 LEAST_CURVATURE = 1e-12

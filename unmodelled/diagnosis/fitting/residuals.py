@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.systems.model import Parameter
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import sympy as sp
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel
 from unmodelled.diagnosis.gates.robot_numbers import LEAST_GAIN

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
 from unmodelled.engine.fmu.stepper import Stepper, defaults
 from unmodelled.systems.model import System

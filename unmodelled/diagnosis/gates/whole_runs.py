@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.remark import quantity

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.comparison import Comparison
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis

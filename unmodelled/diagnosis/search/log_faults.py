@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from unmodelled.diagnosis.data.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import Question
 from unmodelled.diagnosis.data.replaced_inputs import later_inputs

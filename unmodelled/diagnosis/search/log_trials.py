@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.persistence import persistence_errors

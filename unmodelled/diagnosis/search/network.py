@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.path import Path
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.added import Added

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.core.choose import Chooser, Scored
 from unmodelled.diagnosis.core.columns import Atom
-from unmodelled.diagnosis.data.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut

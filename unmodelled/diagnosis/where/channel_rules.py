@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.where.corrections import Corrections
 
 #: Bins of the first coordinate, for either direction, and of the others.

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.effects.motion import is_inertial

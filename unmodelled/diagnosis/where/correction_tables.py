@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import sympy as sp
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of

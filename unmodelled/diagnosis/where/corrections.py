@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors

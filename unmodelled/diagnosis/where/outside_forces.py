@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.base.wording import level_name
-from unmodelled.diagnosis.data.arrays import Array, Mask
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from unmodelled.diagnosis.data.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.where.coordinates import Coordinate
 from unmodelled.diagnosis.where.corrections import Corrections

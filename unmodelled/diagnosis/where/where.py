@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from unmodelled.diagnosis.data.arrays import Array
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.workers import threads_of
 from unmodelled.engine.cascade import cascade_loops
 from unmodelled.engine.cascade.cascade import Cascade
@@ -18,9 +18,6 @@ from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.compiled.compiled import digest, generated
 from unmodelled.systems.experiments import Experiments, event_named, uncertain_indices
 from unmodelled.systems.model import TIME, System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: What the generated code depends on besides the model, seen from the folder of the engine.
 _GENERATOR = (

@@ -8,17 +8,14 @@ from itertools import product
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Backend, Integration, Sizes, Windows
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
 
 #: Longest integration step, s.
 LONGEST = 1e-3

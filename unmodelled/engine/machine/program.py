@@ -16,14 +16,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.engine.free_run import Integration, Sizes, Windows
 from unmodelled.engine.machine import loops
 from unmodelled.engine.machine.graph import DRIVEN, LANE, STATE, Graph, Segment
 from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.tables import Table
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Places(NamedTuple):

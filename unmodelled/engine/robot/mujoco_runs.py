@@ -10,16 +10,14 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.engine.free_run import Integration, Sizes, Windows
 from unmodelled.engine.machine.program import Program
 from unmodelled.engine.robot.supplement import Supplement
 from unmodelled.systems.model import System
 from unmodelled.systems.robot.compile import compiled, plain_name, written_names
 from unmodelled.systems.robot.loading import loaded
-
-Array = NDArray[np.float64]
 
 #: Coordinates (rad, m) and speeds beyond which a run has diverged; MuJoCo resets a run far beyond.
 _LOST = 1e6

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import read_json, write_json
 from unmodelled.engine.machine.program import Equations, Program, assembled
@@ -18,8 +18,6 @@ from unmodelled.systems import grammar
 from unmodelled.systems.model import symbol
 from unmodelled.systems.robot.compile import plain_name, written_names
 from unmodelled.systems.scope import Scope, Value
-
-Array = NDArray[np.float64]
 
 SCHEMA = "supplement/1"
 #: Where a model of MuJoCo holds a number of a joint: array, and the array with the place of the joint in it.

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
 from unmodelled.learning.uncertainty.estimate import Estimator
@@ -29,7 +29,6 @@ from unmodelled.uncertainty.propagation import (
 )
 from unmodelled.uncertainty.surface import ResponseSurface
 
-Array = NDArray[np.float64]
 Alphas = Mapping[str, Array]
 
 #: What is compared at each optimum.

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from unmodelled.base.arrays import Array
 from unmodelled.learning.uncertainty.setup import Setup
 from unmodelled.uncertainty.identify import Identification, identify
 from unmodelled.uncertainty.likelihood import at_data, objective, tail_floor
@@ -17,7 +17,6 @@ from unmodelled.uncertainty.replicate import replicate
 from unmodelled.uncertainty.sampling import data_sets
 from unmodelled.uncertainty.surface import ResponseSurface
 
-Array = NDArray[np.float64]
 Objective = Callable[[Array], Array]
 
 #: Starts of the least squares along every parameter.

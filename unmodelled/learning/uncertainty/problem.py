@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.cascade import common_states
 from unmodelled.engine.cascade.event_times import EventTimes
@@ -22,9 +22,6 @@ from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.response import Formula, Response
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Starts that lie within so many standard deviations of the noise of their mean count as equal.
 SAME = 6.0

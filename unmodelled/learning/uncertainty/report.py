@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.learning.uncertainty.estimate import Estimator, Objective, least_squares
 from unmodelled.learning.uncertainty.problem import Problem
 from unmodelled.learning.uncertainty.setup import pairs as by_parameter
@@ -21,7 +21,6 @@ from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.profile import PairProfile, Profiles, profile_pair
 from unmodelled.uncertainty.replicate import summarise_estimates
 
-Array = NDArray[np.float64]
 Found = Mapping[str, Identification]
 SCHEMA = "uncertainty/1"
 #: Values of each parameter in the profile of a pair.

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.families import Family
@@ -22,8 +22,6 @@ from unmodelled.uncertainty.propagation import (
 )
 from unmodelled.uncertainty.response import Response
 from unmodelled.uncertainty.surface import ResponseSurface
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

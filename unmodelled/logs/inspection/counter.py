@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.inspection.signal import Array, Finding, Mask, Run, Signal
+from unmodelled.base.arrays import Array, Mask
+from unmodelled.logs.inspection.signal import Finding, Run, Signal
 
 Rows = NDArray[np.int64]
 

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.differentiate import noise, quantum
-from unmodelled.logs.inspection.signal import Array, Finding, Mask, Run, Signal
+from unmodelled.logs.inspection.signal import Finding, Run, Signal
 
 KIND = "frozen"
 #: Fewest equal samples of a frozen stretch.

@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.logs.differentiate import quantum, smooth_derivative
 from unmodelled.systems.model import System
 
-Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 
 #: Largest rest of a speed beside the multiple of a slope, in its root mean square, and largest difference of

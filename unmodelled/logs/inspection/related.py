@@ -6,11 +6,9 @@ from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.logs.measurements import Measurements
-
-Array = NDArray[np.float64]
 
 #: Past intervals over which inputs are averaged, and samples of the longest one that are compared.
 INTERVALS, COMPARED = 7, 20

@@ -8,14 +8,12 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.logs.differentiate import noise, quantum
 from unmodelled.systems.model import Output, System
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 #: What a signal is: a function of positions, which cannot jump; a function of states; another output, such as
 #: an acceleration, which an impact makes large; an input.
 Role = Literal["position", "state", "other", "input"]

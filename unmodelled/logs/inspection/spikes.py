@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.logs.clock import Kind, read_at
-from unmodelled.logs.inspection.signal import REACH, Array, Course, Finding, Mask, Run, Signal
+from unmodelled.logs.inspection.signal import REACH, Course, Finding, Run, Signal
 
 KIND = "spikes"
 #: Height of a spike, in largest steps around it: a position cannot go there and back within three samples,

@@ -11,11 +11,12 @@ import numpy as np
 import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file, check_memory
 from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
 from unmodelled.logs.readers.names import Beside, by_cells
-from unmodelled.logs.readers.reader import Array, Reader, Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
 from unmodelled.logs.time_units import DAY
 

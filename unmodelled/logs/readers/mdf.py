@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.readers.reader import Array, Reader, Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import listed
 
 

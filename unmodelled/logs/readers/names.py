@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.base.arrays import Array
+from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.recognition import NUMBER
 
 #: Names of the elements of lists in one row, by place of the list.

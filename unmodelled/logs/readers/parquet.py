@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.files import read_json
 from unmodelled.base.limits import check_memory
 from unmodelled.logs.readers.names import Beside, by_cells
-from unmodelled.logs.readers.reader import Array, Reader, Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, STAMPS, listed
 
 #: Where a LeRobot data set says what its columns hold, seen from a folder above its Parquet files.

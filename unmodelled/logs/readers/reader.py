@@ -10,10 +10,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.cells import shown
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 #: Bytes at the beginning of a file by which a reader recognises it.

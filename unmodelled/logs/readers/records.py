@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.limits import fits
 from unmodelled.logs.readers.names import (
     NAMING,
@@ -21,7 +22,7 @@ from unmodelled.logs.readers.names import (
     elements,
     labels_of,
 )
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Table
 
 #: Longest list whose elements are columns: what is longer is an image, a scan or a cloud of points.
 ELEMENTS = 64

@@ -9,13 +9,11 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 from scipy.signal import welch
 
+from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import absent, new_figure, styled
 from unmodelled.report.figures.tables import LOOKS, about, line_handle, printed, table
-
-Array = NDArray[np.float64]
 
 #: Outputs that are shown, and panels beside each other, at most.
 MOST, ACROSS = 6, 3

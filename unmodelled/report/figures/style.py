@@ -19,9 +19,9 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import FuncFormatter, MultipleLocator
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from unmodelled.base.arrays import Array
+
 P = ParamSpec("P")
 
 #: Palette of Okabe and Ito: told apart with every kind of colour vision.

@@ -7,19 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY, Look
 from unmodelled.report.numbers import unit_text
-
-Array = NDArray[np.float64]
 
 #: In the order of legends.
 LOOKS = {

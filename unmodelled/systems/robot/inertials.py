@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 
-Array = NDArray[np.float64]
 #: Largest number of a robot file, SI.
 LARGEST_NUMBER = 1e100
 #: Share by which a principal moment may exceed the sum of the others: rounding of the file.

@@ -11,11 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.systems.robot.bodies import Coupling, Joint, Robot
 
-Array = NDArray[np.float64]
 #: Rounding errors of a rotation matrix; what is nearer to 0 or 1 is 0 or 1.
 _ROUNDING = 4e-15
 

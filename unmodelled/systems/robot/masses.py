@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.systems.robot.bodies import Robot
 
-Array = NDArray[np.float64]
 #: Poses at which the inertias are computed; in a few of them, links can be aligned by chance.
 _POSES = 3
 #: Inertia (kg m^2) or mass (kg) that is none, also relative to that of the bodies about other axes: MuJoCo's

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betainc, betaincinv
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.families.family import Family, check_interval
 from unmodelled.uncertainty.families.orthogonal import Germ, Jacobi
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.families.family import Family, check_interval
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.families.bounded_normal import BoundedNormal
 from unmodelled.uncertainty.families.orthogonal import Germ, Hermite
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -7,12 +7,10 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families.orthogonal import Germ
-
-Array = NDArray[np.float64]
 
 
 class Family(ABC):

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.families.family import Family
 from unmodelled.uncertainty.families.orthogonal import Germ, Hermite
-
-Array = NDArray[np.float64]
 
 
 @final

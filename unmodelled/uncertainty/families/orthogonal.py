@@ -9,12 +9,10 @@ from functools import lru_cache
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaln, gammaln, roots_legendre, xlog1py, xlogy
 
+from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import kept
-
-Array = NDArray[np.float64]
 
 #: Of a recurrence without a formula, computed at a time.
 TERMS = 16

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.families.bounded_normal import BoundedNormal
 from unmodelled.uncertainty.families.orthogonal import Germ, TruncatedHermite
-
-Array = NDArray[np.float64]
 
 
 @final

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.chain.drive import ClosedLoop, DriveLag, VaryingFriction, VaryingSupply
 from pipeline.rigs.withheld.chain.logger import Clock, CoarseEncoder, DifferencedSpeed, LowPass, PositionOnly
@@ -15,6 +14,7 @@ from pipeline.rigs.withheld.chain.part import Names, Part
 from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.experiments import KINDS as SMOOTH
 from pipeline.rigs.withheld.experiments import TURN, Kind, smooth
+from unmodelled.base.arrays import Array
 
 RUNS = 6, 16
 VALIDATION = 4  # runs

@@ -5,12 +5,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, Part, VaryingPart
 from pipeline.rigs.withheld.effects.actuators import Gain
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Port
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Conditions, Machine
+from unmodelled.base.arrays import Array
 
 LAG = 0.001, 0.005  # s
 

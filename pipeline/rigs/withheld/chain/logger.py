@@ -7,9 +7,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.part import Names, Part, Readings
 from pipeline.rigs.withheld.machine import Machine, Sensor
+from unmodelled.base.arrays import Array
 
 JITTER = 0.01, 0.08  # rms, in periods
 FASTEST = 1e-3

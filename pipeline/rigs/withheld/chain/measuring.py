@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.chain.drive import ClosedLoop, Controller
 from pipeline.rigs.withheld.chain.part import Part, Readings
 from pipeline.rigs.withheld.effects.effect import Effect, Plan
 from pipeline.rigs.withheld.experiments import TURN, Built, Experiments, Placed, along, built, seen
 from pipeline.rigs.withheld.stepping import Control, Motion, follow, move
+from unmodelled.base.arrays import Array
 
 
 def with_chain(case: MeasuredCase, effects: Placed, parts: Sequence[Part]) -> Built:

@@ -6,10 +6,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.changing import spread
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect
 from pipeline.rigs.withheld.machine import Machine, Sensor
+from unmodelled.base.arrays import Array
 
 #: Variation from run to run: root mean square, share of the mean.
 VARIATION = 0.05, 0.15

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect
+from unmodelled.base.arrays import Array
 
 
 @dataclass

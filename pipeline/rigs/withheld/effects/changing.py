@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Make, Port, PortEffect
+from unmodelled.base.arrays import Array
 
 
 @dataclass

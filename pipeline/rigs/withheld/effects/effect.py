@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipeline.arrays import Array
+from unmodelled.base.arrays import Array
 
 
 class Port(NamedTuple):

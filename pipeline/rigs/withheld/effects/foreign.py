@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Make, Port, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import stopping
+from unmodelled.base.arrays import Array
 
 
 @dataclass

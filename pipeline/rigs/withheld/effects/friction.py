@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Port, PortEffect
+from unmodelled.base.arrays import Array
 
 _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2)
 

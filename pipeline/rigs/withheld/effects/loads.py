@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import Effect, Port, PortEffect
+from unmodelled.base.arrays import Array
 
 
 @dataclass

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects.effect import SensorEffect
+from unmodelled.base.arrays import Array
 
 
 @dataclass

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.balance import Balance
 from pipeline.rigs.withheld.effects import actuators, flows, foreign, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import Range, Sensor
+from unmodelled.base.arrays import Array
 
 
 @dataclass(frozen=True)

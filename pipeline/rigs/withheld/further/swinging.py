@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.arrays import Array
 from pipeline.rigs.withheld.effects import actuators, changing, foreign, friction, loads, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
 from pipeline.rigs.withheld.machine import GRAVITY, Conditions, Range, Sensor
 from pipeline.rigs.withheld.mechanism import Mechanism
+from unmodelled.base.arrays import Array
 
 
 @dataclass(frozen=True)

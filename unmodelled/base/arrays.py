@@ -1,10 +1,9 @@
-"""Arrays of numbers, of numbers of things, and masks."""
-
-from __future__ import annotations
+"""Kinds of numpy arrays, by the names that all annotations use."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]

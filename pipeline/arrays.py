@@ -1,9 +1,0 @@
-"""Kinds of numpy arrays, by the names that all annotations use."""
-
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Indices = NDArray[np.int64]
-Bools = NDArray[np.bool_]
