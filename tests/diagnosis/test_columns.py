@@ -112,7 +112,7 @@ def test_a_planted_law_is_among_the_first(tmp_path: Path, bench: Bench, family: 
         hard = [sum(chooser.equations.atoms[a].effect.complexity for a in each.atoms) for each in every]
         assert hard == sorted(hard) and {each.names for each in every} == {one.names}
         assert one.cost == pytest.approx(min(each.cost for each in every))
-    heads = [group.head for group in chooser.classes()]
+    heads = [group[0] for group in chooser.classes()]
     assert heads == sorted(heads, key=lambda head: head.cost)
 
 
