@@ -84,9 +84,9 @@ def one_state(rate: sp.Expr) -> Augmented:
 
 def bare(system: System) -> Nnap:
     """The physics of a system alone, of which nothing is trained."""
-    nothing = torch.empty(1, 0)
-    structure = physics_only()(system, ()).structure
-    return Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
+    nothing = torch.empty(1, 0, dtype=torch.float64)
+    p = torch.tensor([system.values], dtype=torch.float64)
+    return Nnap(physics_only()(system, ()).structure, p, nothing[0], nothing, nothing, nothing)
 
 
 def by_kernel(given: Problem, member: int, how: Integration) -> Results:
