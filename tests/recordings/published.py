@@ -16,7 +16,7 @@ from pipeline.recordings.so101 import So101Recording
 from pipeline.recordings.ur10e import Ur10eJointRecording
 from pipeline.recordings.xl330 import Xl330Recording
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -35,7 +35,7 @@ class Machine:
     horizon: float  # of a diagnosis, s
 
 
-def fits(systems: Path, logs: Path) -> dict[str, Fit]:
+def fits(systems: Path, logs: Path) -> dict[str, ParameterFit]:
     """Fits of the system files of a machine to logs, by the names of the files."""
     found = {}
     for path in sorted(systems.glob("*_withheld.yaml")):
