@@ -185,7 +185,7 @@ def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
             if len(calls) == 3:
                 rename(out, tmp_path / "winner")
 
-    (tmp_path / "winner").mkdir()
+    put(tmp_path / "winner", "winner")
     put(out, "old")
     monkeypatch.setattr(Path, "replace", raced)
     with pytest.raises(BadInput):

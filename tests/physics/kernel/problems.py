@@ -84,9 +84,16 @@ def one_state(rate: sp.Expr) -> Augmented:
 
 def bare(system: System) -> Nnap:
     """The physics of a system alone, of which nothing is trained."""
-    nothing = torch.empty(1, 0)
-    structure = physics_only()(system, ()).structure
-    return Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
+    nothing = torch.empty(1, 0, dtype=torch.float64)
+    p = torch.tensor([system.values], dtype=torch.float64)
+    return Nnap(physics_only()(system, ()).structure, p, nothing[0], nothing, nothing, nothing)
+
+
+def one_run(u: Array, period: float, states: int = 2) -> Measured:
+    """One experiment with inputs (samples, inputs), whose states and constants are not measured."""
+    n = len(u)
+    x, t = np.zeros((n, states)), period * np.arange(n)
+    return Measured(x, u, t, np.empty((1, 0)), np.zeros(n, np.int64), np.array([0, n]))
 
 
 def one_run(u: Array, period: float, states: int = 2) -> Measured:
