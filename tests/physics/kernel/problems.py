@@ -96,13 +96,6 @@ def one_run(u: Array, period: float, states: int = 2) -> Measured:
     return Measured(x, u, t, np.empty((1, 0)), np.zeros(n, np.int64), np.array([0, n]))
 
 
-def one_run(u: Array, period: float, states: int = 2) -> Measured:
-    """One experiment with inputs (samples, inputs), whose states and constants are not measured."""
-    n = len(u)
-    x, t = np.zeros((n, states)), period * np.arange(n)
-    return Measured(x, u, t, np.empty((1, 0)), np.zeros(n, np.int64), np.array([0, n]))
-
-
 def by_kernel(given: Problem, member: int, how: Integration) -> Results:
     """Trajectory, efforts, and gradients of a random sum of both."""
     x0 = torch.tensor(given.x0, requires_grad=True)
