@@ -21,6 +21,7 @@ class ClippedNormal(BoundedNormal):
     TruncatedNormal is the same distribution without the bend.
 
     Examples:
+        >>> import numpy as np
         >>> ClippedNormal(0.0, 2.0).quantile(np.array([0.5]), np.array([1.0, 0.4])).tolist()
         [1.0]
     """
