@@ -17,15 +17,18 @@ LawsGiven: TypeAlias = Sequence[Law] | Path | str
 
 
 def given_laws(given: LawsGiven | None) -> tuple[Law, ...]:
-    """Return own laws, read from their file if that is given; no two laws have one name."""
+    """Return own laws, read from their file if that is given; no two laws have one name.
+
+    A law that an installed package brings may be given, too; it is left out, because it is in the library.
+    """
     found = read_laws(Path(given)) if isinstance(given, str | Path) else tuple(given or ())
-    known = {effect.family for effect in effects()}
+    known = {effect.family for effect in effects() if effect not in found}
     for k, law in enumerate(found):
         if not isinstance(law, Law):
             raise BadInput(f"laws: must be um.Law objects or the path of a file, got {type(law).__name__}")
         if law.name in known | {other.name for other in found[:k]}:
             raise BadInput(f"law {law.name}: the name is taken; give it another one")
-    return found
+    return tuple(law for law in found if law not in effects())
 
 
 def read_laws(path: Path) -> tuple[Law, ...]:

@@ -125,6 +125,8 @@ def test_a_package_adds_laws_by_an_entry_point(monkeypatch: pytest.MonkeyPatch) 
     try:
         monkeypatch.setattr(additions, "entry_points", lambda group: [point] * (group == library.GROUP))
         assert DRAGGING in library.effects()
+        # whoever wrote it checks it, too; given again, it is tried once
+        assert given_laws([DRAGGING]) == () and um.check_law(DRAGGING, *um.example("pendulum")) == ("joint",)
         library.effects.cache_clear()
         monkeypatch.setattr(additions, "entry_points", lambda group: [broken])
         with pytest.raises(BadInput, match=r"law none .* cannot be loaded .*repair its package"):
