@@ -197,6 +197,7 @@ def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Pa
     compared = answer.comparison
     assert compared["rank"].tolist() == list(range(1, 1 + len(content["comparison"])))
     assert compared["difference"].is_monotonic_increasing and compared["named"].sum() == 1
+    assert len(str(compared).splitlines()) == 1 + len(compared) and "..." not in str(compared)
     assert answer.where.experiments.to_dict("records") == content["where"]["experiments"]
     models = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
     assert answer.gaps.set_index("model")["gap"].to_dict() == {name: content["gap"][name] for name in models}

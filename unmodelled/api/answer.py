@@ -38,6 +38,13 @@ from unmodelled.systems.reader import read_system
 MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
 
 
+class ComparisonTable(pd.DataFrame):  # type: ignore[misc]  # pandas has no types
+    """Data frame that prints with all of its rows and columns; a part of it is a plain one."""
+
+    def __repr__(self) -> str:
+        return str(self.to_string(index=False, float_format="{:.3g}".format))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Answer:
     """Answer of a diagnosis; made by `diagnose`, or read by `read_answer`.
@@ -199,7 +206,7 @@ class Answer:
             (rank, effect_names(entry["effects"]), *(entry[name] for name in numbers))
             for rank, entry in enumerate(found, start=1)
         ]
-        return pd.DataFrame(rows, columns=["rank", "hypothesis", *numbers])
+        return ComparisonTable(rows, columns=["rank", "hypothesis", *numbers])
 
     def table(self) -> pd.DataFrame:
         """Return the numbers of the effects, a row each.
