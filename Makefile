@@ -20,6 +20,7 @@ help:            ## this list
 
 report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
 report: CHOOSE = $(call choose,virtual,quick,)
+report: PARTS = slider_crank drivetrain diagnoses others jumps  # the longest of the quick profile first
 
 measured: repro  ## the same on the measured data: DATASET=<folder or zip>, PROFILE=full|quick, data as for real
 measured: CHOOSE = $(call choose,measured,$(PROFILE),$(REAL))
