@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 import unmodelled
 from tests.diagnosis.studies import effect, fitted
@@ -159,7 +158,7 @@ def test_dry_friction_of_six_carts_is_named_at_every_one(tmp_path: Path) -> None
 FRICTION, LAG = 1.2, 0.02
 
 
-def rates(x: NDArray[np.float64], u: NDArray[np.float64]) -> list[float]:
+def rates(x: Array, u: Array) -> list[float]:
     """Of position, speed and filtered acceleration of a cart with dry friction."""
     a = (u - 2.0 * x[1] - FRICTION * np.tanh(x[1] / 1e-3)) / 2.0
     return [x[1], a, (a - x[2]) / LAG]

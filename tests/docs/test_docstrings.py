@@ -29,7 +29,7 @@ NOT_VERBS = FRAGMENTS | set(
     )
 )
 #: An annotation of numbers that have a shape.
-ARRAYS = re.compile(r"\b(?:Array|NDArray|ndarray|Tensor|Ints|Bools|Floats|Indices|Single)\b")
+ARRAYS = re.compile(r"\b(?:Array|NDArray|ndarray|Tensor|Indices|Mask|Single)\b")
 #: How a shape is told.
 SHAPE = re.compile(r"\bshapes?\b|\bscalar\b", re.I)
 SECTION = re.compile(r"^(Args|Attributes|Examples|Raises|Returns|Yields):$", re.M)

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from tests.physics.kernel.problems import Array, bare
+from unmodelled.base.arrays import Indices
 from unmodelled.diagnosis.data.gap import WHOLE, FreeRun, steps_of
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.held_out import measured_samples
@@ -51,7 +51,7 @@ def free_run(
     return found
 
 
-def _past(logs: Logs, rows: NDArray[np.int64], x: Array, rest: float) -> tuple[Array, Array, Array]:
+def _past(logs: Logs, rows: Indices, x: Array, rest: float) -> tuple[Array, Array, Array]:
     """Time, states and inputs `rest` of a period before the samples `rows`, at the first one with it."""
     t, u = logs.t[rows], logs.u[rows]
     if rest == 0.0:

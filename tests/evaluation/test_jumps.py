@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from pipeline.cam_follower.jumps import Observed, example_rows, judge, threshold
 from pipeline.cam_follower.labels import mean_extreme
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning import splits
@@ -122,7 +122,7 @@ def fold(jump_campaign: Campaign) -> Fold:
     return splits.uniform(jump_campaign.experiments, [0.5])[0]
 
 
-def predicted(observed: Observed, seed: int = 0) -> NDArray[np.float64]:
+def predicted(observed: Observed, seed: int = 0) -> Array:
     """Three repeats, each wrong by its own factor."""
     target = observed.sequences.target
     return np.stack([f * target for f in (0.5, 1.0, 2.0)])

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from pipeline.cam_follower import bounce
 from pipeline.cam_follower.bounce import Bounce, BounceParameters, CamMotion, simulate
@@ -24,7 +23,7 @@ from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, gate, gated, residual, with_bounce
 from pipeline.stages.featurize import interface_force, on_cam
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Split
@@ -250,7 +249,7 @@ ROWS, OTHERS = np.arange(1, 40, 2), np.arange(0, 40, 2)
 FOLDS = {"half": ROWS, "few": np.array([9, 19, 29, 39])}
 
 
-def detached(campaign: Campaign, eps: NDArray[np.float64]) -> Campaign:
+def detached(campaign: Campaign, eps: Array) -> Campaign:
     return replace(campaign, signals={**campaign.signals, "eps": eps})
 
 
@@ -267,7 +266,7 @@ def missing(bouncing: Campaign) -> Campaign:
     return detached(bouncing, np.where(eps > 3e-4, eps + 2e-3, eps))
 
 
-def error(campaign: Campaign, eps: NDArray[np.float64], rows: NDArray[np.int64]) -> float:
+def error(campaign: Campaign, eps: Array, rows: Indices) -> float:
     """Mean squared error over the runs `rows`, mm^2."""
     return float(Observed.of(campaign, 100).squared_error(np.median(eps, 0))[rows].mean())
 

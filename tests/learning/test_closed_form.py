@@ -5,12 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import sympy as sp
-from numpy.typing import NDArray
 from pytest import approx
 
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.formula_candidates import candidates, short_number
 from unmodelled.learning.closed_form import LARGEST, ClosedForm, closed_form
@@ -28,7 +27,7 @@ class Motion:
     v: Array
     spring: Array
     friction: Array
-    experiment: NDArray[np.int64]
+    experiment: Indices
 
     def form(self, force: Array, noise: float = 0.02) -> ClosedForm:
         """Of a `force` that follows d and v, with noise as a share of its range."""

@@ -7,7 +7,6 @@ import hydra
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
 
 from pipeline.__main__ import PROGRAM
 from pipeline.cam_follower import free_run, one_step
@@ -20,6 +19,7 @@ from pipeline.cam_follower.motor import Motor
 from pipeline.cam_follower.recipe import DrivetrainRecipe, load
 from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
@@ -39,7 +39,7 @@ def recipe(name: str, steps: int = 20) -> DrivetrainRecipe:
     return result
 
 
-def trained(name: str, dataset: Dataset, folds: list[NDArray[np.int64]], seed: int) -> Dynamics:
+def trained(name: str, dataset: Dataset, folds: list[Indices], seed: int) -> Dynamics:
     found = recipe(name)
     return found.fit(found.dynamics, dataset, folds, seed)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from numpy.typing import NDArray
 
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 
@@ -96,11 +96,11 @@ def test_a_run_without_samples_is_named(campaign: Campaign) -> None:
         Sequences.of(replace(campaign, offsets=offsets), INPUTS)
 
 
-def by_hand(network: DetachmentNetwork, tau: NDArray[np.float64], q: NDArray[np.float64]) -> list[float]:
+def by_hand(network: DetachmentNetwork, tau: Array, q: Array) -> list[float]:
     """Equations 5.8 to 5.12 for one run in standardised units."""
     w = {name: value.detach().numpy() for name, value in network.named_parameters()}
 
-    def sigmoid(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def sigmoid(x: Array) -> Array:
         return 1.0 / (1.0 + np.exp(-x))
 
     s = c = np.zeros(network.lstm.hidden_size)

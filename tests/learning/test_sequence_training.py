@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from numpy.typing import NDArray
 
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence import recipe as recipes
@@ -26,6 +25,7 @@ from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.stack import train_stack
 from pipeline.cam_follower.sequence.training import Course, Draws, Start, Training, standardised, train
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.arrays import Single
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
@@ -229,7 +229,7 @@ def checkpoint(kind: str, about: dict[str, str]) -> dict[str, object]:
     return {"class": kind, "state": {}, "about": about}
 
 
-def weights(folder: Path) -> dict[str, NDArray[np.float32]]:
+def weights(folder: Path) -> dict[str, Single]:
     fits = read_fits(folder).networks
     return {f"{fold} {r}": flattened(n) for fold, networks in fits.items() for r, n in enumerate(networks)}
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 from scipy.io import savemat
 
 from tests.machines.folders import logs_of
@@ -18,6 +17,7 @@ from tests.measurements.systems import motor, run, write_folder
 from tests.physics.robot.mechanisms import system_of
 from tests.physics.robot.test_motion import DOUBLE
 from unmodelled import BadInput, read_logs
+from unmodelled.base.arrays import Array
 from unmodelled.logs.logs import Logs
 
 Change = Callable[[Path], object]
@@ -298,7 +298,7 @@ def test_all_faults_of_a_folder_are_told_at_once(folder: Path) -> None:
 TIMES = np.arange(0.0, 2.0, 0.01)
 WAVE = np.sin(5.0 * TIMES)
 REST = np.full_like(TIMES, 0.4)
-Column = NDArray[np.float64]
+Column = Array
 
 
 def resting(folder: Path, *runs: dict[str, Column]) -> Logs:

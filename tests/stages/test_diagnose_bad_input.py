@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from tests.commands import exit_code
+from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.diagnosis.answer import diagnose as story
@@ -45,7 +45,7 @@ dynamics:
 PERIOD, SAMPLES = 0.01, 120
 
 
-def log(k: int = 0, samples: int = SAMPLES, period: float = PERIOD) -> dict[str, NDArray[np.float64]]:
+def log(k: int = 0, samples: int = SAMPLES, period: float = PERIOD) -> dict[str, Array]:
     """Something that a cart could do."""
     t = period * np.arange(samples)
     return {
@@ -85,7 +85,7 @@ def experiments(content: str) -> Change:
     return text("logs/experiments.csv", content)
 
 
-def columns(**values: NDArray[np.float64] | str) -> Change:
+def columns(**values: Array | str) -> Change:
     """Replace columns of the log of experiment b."""
     return lambda folder: pd.DataFrame({**log(1), **values}).to_csv(folder / "logs" / "b.csv", index=False)
 

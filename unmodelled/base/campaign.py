@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.shapes import read_shaped
@@ -23,7 +23,7 @@ class Campaign:
 
     experiments: pd.DataFrame  # a row per experiment: `exp` (its id), factors and labels
     signals: Mapping[str, NDArray[Any]]  # by name, each (samples,), the experiments one after the other, SI
-    offsets: NDArray[np.int64]  # (experiments + 1,), first samples, and the number of all samples
+    offsets: Indices  # (experiments + 1,), first samples, and the number of all samples
     provenance: Mapping[str, Any]  # origin of the data; it travels with them to every page of the report
 
     def __post_init__(self) -> None:

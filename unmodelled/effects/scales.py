@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.effects.load import load
 from unmodelled.effects.motion import mobility
 from unmodelled.systems.model import System
@@ -80,7 +79,7 @@ class Scales:
 
     @classmethod
     def measured(
-        cls, system: System, period: float, offsets: NDArray[np.int64], t: Array, x: Array, u: Array, c: Array
+        cls, system: System, period: float, offsets: Indices, t: Array, x: Array, u: Array, c: Array
     ) -> Scales:
         """Compute the magnitudes from n experiments on one clock, whose first rows are `offsets` (n + 1,).
 
@@ -117,13 +116,13 @@ class Scales:
 class _Samples:
     system: System
     period: float
-    offsets: NDArray[np.int64]
+    offsets: Indices
     t: Array
     x: Array
     u: Array
     c: Array
 
-    def values(self, expressions: Iterable[sp.Expr], rows: NDArray[np.int64] | None = None) -> Array:
+    def values(self, expressions: Iterable[sp.Expr], rows: Indices | None = None) -> Array:
         """Return the values (k, samples) of expressions at some of the samples, with all efforts zero."""
         some = self._some() if rows is None else rows
         owner = np.searchsorted(self.offsets, some, "right") - 1
@@ -131,7 +130,7 @@ class _Samples:
         known = np.array(self.system.values)
         return function(self.t[some], self.x[some], self.u[some], np.empty(0), known, self.c[owner]).T
 
-    def _some(self) -> NDArray[np.int64]:
+    def _some(self) -> Indices:
         return np.arange(0, len(self.t), -(-len(self.t) // ENOUGH))
 
     def mobilities(self) -> dict[str, float]:

@@ -13,10 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.formula_candidates import (
     Motion,
@@ -28,7 +27,7 @@ from unmodelled.effects.formula_candidates import (
     sum_text,
 )
 
-Integers = NDArray[np.int64]
+Integers = Indices
 FEWEST, LARGEST = 50, 6  # samples; terms
 _WORTH = 0.002  # of the force's range: a gain (rms) below it is not worth a term, a network is no more exact
 _DIGITS = 1e-4  # of the largest force: a gain below it is lost where the coefficients are rounded

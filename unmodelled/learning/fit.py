@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from unmodelled.base.arrays import Mask
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.notebook import shown
@@ -76,7 +76,7 @@ class Fit:
         """Names of the folds."""
         return list(self.trained_on)
 
-    def seen(self, logs: Logs) -> dict[str, NDArray[np.bool_]]:
+    def seen(self, logs: Logs) -> dict[str, Mask]:
         """Return which experiments the models of every fold were trained on, by name of the fold.
 
         Args:

@@ -8,15 +8,14 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.table import Columns
 from unmodelled.logs.time_units import looks_like_days
 
-Offsets = NDArray[np.int64]
+Offsets = Indices
 Kind = Literal["cubic", "linear"]
 #: Numbers of samples, or all of them.
 Rows = Offsets | slice

@@ -8,9 +8,9 @@ from itertools import pairwise
 from math import comb, sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 
 #: Order of the polynomial; order 4 has the same derivative in the middle and is noisier at the ends.
 ORDER = 3
@@ -83,7 +83,7 @@ def _plateau_step(y: Array, rounding: float) -> float:
     return step if step and many and np.median(at_once) <= AT_ONCE else 0.0
 
 
-def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tuple[Array, Array, int]:
+def smooth_derivative(y: Array, offsets: Indices, period: float) -> tuple[Array, Array, int]:
     """Estimate position and velocity from positions (samples,) by the filter of Savitzky and Golay.
 
     One width serves all experiments, so that the estimator is the same everywhere: the one with the smallest

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.systems.model import System
 
 Names = tuple[str, ...]
@@ -49,7 +48,7 @@ class Measurements:
     ids: tuple[str, ...]
     experiments: pd.DataFrame  # a row each: id, file, group if there is one, operating point, further columns
     period: float  # s
-    offsets: NDArray[np.int64]  # (experiments + 1,), first samples
+    offsets: Indices  # (experiments + 1,), first samples
     t: Array  # (samples,), since the start of the experiment, s
     y: Array  # (samples, outputs), angles unwrapped
     u: Array  # (samples, inputs), after the delays
@@ -87,7 +86,7 @@ class Measurements:
         return pd.DataFrame(columns)
 
     @cached_property
-    def owner(self) -> NDArray[np.int64]:
+    def owner(self) -> Indices:
         """Number of the experiment of every sample, shape (samples,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.offsets))
 

@@ -9,9 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -20,7 +19,7 @@ from unmodelled.logs.readers.names import PUBLISHER
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
-Rows = NDArray[np.int64]
+Rows = Indices
 
 #: Time stamps of recorders are below, s, also those that count from 1970.
 LATEST = 1e11

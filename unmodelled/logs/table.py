@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
@@ -36,7 +35,7 @@ class Columns:
     values: Mapping[str, Array]  # (samples,) by name, finite
     header: bool  # a CSV file, which has a row with names
     first: int = 0  # number of the first sample here in the file
-    rows: NDArray[np.int64] | None = None  # (samples,), rows of samples that were chosen from those of a file
+    rows: Indices | None = None  # (samples,), rows of samples that were chosen from those of a file
     #: Time since the last sample of the log that this one continues, s; None: a record begins.
     since: float | None = field(default=None, kw_only=True)
 

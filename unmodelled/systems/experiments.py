@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.systems.model import Event, System
 
@@ -38,7 +37,7 @@ class Experiments:
     def __len__(self) -> int:
         return len(self.u)
 
-    def only(self, members: Sequence[int] | NDArray[np.int64]) -> Experiments:
+    def only(self, members: Sequence[int] | Indices) -> Experiments:
         """Return some of the experiments, members (K,)."""
         return replace(self, u=self.u[members], c=self.c[members], x0=self.x0[members])
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.systems.experiments import Experiments, event_named, scaled_parameters
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.model import Event, System
@@ -89,7 +88,7 @@ def _function(system: System, expressions: Sequence[sp.Expr], p: Array, runs: Ex
     return lambda t, x: function(t, x, runs.input(t), None, p[:, None], runs.c)
 
 
-def _joined(before: Rates, after: Rates, happened: NDArray[np.bool_]) -> Rates:
+def _joined(before: Rates, after: Rates, happened: Mask) -> Rates:
     """Return the rates before or after the event, separately for each run."""
     if before is after or not happened.any():
         return before

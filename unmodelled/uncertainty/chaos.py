@@ -7,9 +7,8 @@ from functools import lru_cache, reduce
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.families.orthogonal import Germ
@@ -125,7 +124,7 @@ class Expansion:
 
 
 @lru_cache
-def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
+def multi_indices(parameters: int, degree: int) -> Indices:
     """Return the degrees (r, n) of the univariate factors of every polynomial (eq. 3.6)."""
     every = [i for i in product(range(degree + 1), repeat=parameters) if sum(i) <= degree]
     indices = np.array(sorted(every, key=lambda i: (sum(i), [-k for k in i])))

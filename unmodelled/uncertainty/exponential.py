@@ -15,9 +15,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.compiling import compiled
 from unmodelled.uncertainty.families.orthogonal import gauss_legendre
 
@@ -35,7 +34,7 @@ CLOSE = 1e-9
 PANELS, NODES = 128, 12
 
 
-def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
+def maximise_entropy(moments: Array, support: Array) -> tuple[Array, Indices, Mask]:
     """Return coefficients (L, K + 1), Newton steps (L,) and success (L,) for moments (L, K + 1)."""
     start = np.zeros_like(moments)
     start[:, 2] = -0.5

@@ -6,10 +6,9 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.ascent import Objective, Recorder, climb
@@ -56,7 +55,7 @@ class Identification:
     evaluations: int  # number of them
     trace: Array  # (generations + 1,), best so far; the final local search can improve on the last value
     converged: bool  # before the last generation
-    at_bound: NDArray[np.bool_]  # (k,); False for fixed parameters
+    at_bound: Mask  # (k,); False for fixed parameters
 
 
 def identify(
@@ -85,7 +84,7 @@ def identify(
     )
 
 
-def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
+def on_bound(box: Box, alpha: Array) -> Mask:
     """Return whether free parameters of alpha (k,) lie on one of their bounds, (k,)."""
     unit = box.to_unit(alpha)
     found = np.zeros(box.size, bool)

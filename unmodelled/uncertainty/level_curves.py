@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.families.orthogonal import gauss_legendre
@@ -32,9 +31,9 @@ class Monotone:
     bounds: Array  # (n, 2)
     #: (L, 2 m_1, 2 m_2), values and slopes per cell, alternating, over the unit square.
     tables: Array
-    falling: NDArray[np.bool_]  # (L, n), whether an axis is mirrored
+    falling: Mask  # (L, n), whether an axis is mirrored
     #: (L,), axis along which a surface rises and lines meet its level curves: 0, 1, or 2 for both.
-    direction: NDArray[np.int64]
+    direction: Indices
 
     @classmethod
     def of(cls, names: Sequence[str], bounds: Array, values: Array, hermite: Array) -> Monotone:
@@ -100,7 +99,7 @@ class LevelCurves:
     theta: Array  # (P, L, K, n), nodes
     weights: Array  # (P, L, K, 2), of products of densities, and of those with F_1 instead of f_1
     end: Array  # (P, L), value of the last parameter at the end of each curve
-    falling: NDArray[np.bool_]  # (L, n), whether an output falls along an axis
+    falling: Mask  # (L, n), whether an output falls along an axis
 
     def density(self, families: Sequence[Family], alpha: Array) -> Array:
         """Return the densities (P, L) of the outputs at the values, for a distribution (n, 2)."""

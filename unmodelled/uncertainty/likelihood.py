@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.uncertainty.density import Density
 
 #: Log-densities (B, L) of the data under a batch of parameters (B, n, 2).
@@ -38,7 +37,7 @@ class LogLikelihood:
     """Log-likelihoods of L data, under one distribution of the parameters or each of a batch."""
 
     each: Array  # (..., L), of densities in one over the unit of the outputs
-    floored: NDArray[np.bool_]  # (..., L), whether the lower limit replaced them
+    floored: Mask  # (..., L), whether the lower limit replaced them
 
     @property
     def total(self) -> Array:
@@ -46,7 +45,7 @@ class LogLikelihood:
         return np.asarray(self.each.sum(-1))
 
     @property
-    def hits(self) -> NDArray[np.int64]:
+    def hits(self) -> Indices:
         """Numbers of data at the lower limit, shape (...); to be reported with the total."""
         return np.asarray(self.floored.sum(-1))
 

@@ -7,10 +7,9 @@ from functools import cached_property
 from math import log, pi
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty import exponential
 from unmodelled.uncertainty.density import Density, GaussianDensity, check_spread
@@ -30,8 +29,8 @@ class MaximumEntropy(Density):
     support: Array  # (L, 2), in the unit of the outputs
     #: (L,), whether no density with these moments was found; it is then the Gaussian of the same mean and
     #: standard deviation, truncated to the interval.
-    fallback: NDArray[np.bool_]
-    iterations: NDArray[np.int64]  # (L,), Newton steps, also of fits that failed
+    fallback: Mask
+    iterations: Indices  # (L,), Newton steps, also of fits that failed
 
     @classmethod
     def fit(cls, mean: Array, std: Array, moments: Array, support: Array | None = None) -> MaximumEntropy:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.compiling import compiled
 
-Integers = NDArray[np.int64]
+Integers = Indices
 Four = tuple[float, float, float, float]
 
 

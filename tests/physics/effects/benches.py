@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from tests.machines.known import SYSTEMS, Array, built_in, values_of
 from unmodelled import System, read_system
+from unmodelled.base.arrays import Indices
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
@@ -35,7 +35,7 @@ def system(name: str) -> System:
 class Run(NamedTuple):
     """Experiments one after the other, as sizes are measured along them."""
 
-    offsets: NDArray[np.int64]
+    offsets: Indices
     t: Array
     x: Array
     u: Array

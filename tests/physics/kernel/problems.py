@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from tests.machines.known import EMPTY, Array
+from unmodelled.base.arrays import Indices
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.nnap import Nnap
@@ -33,7 +33,7 @@ class Problem:
     model: Nnap
     data: Measured
     x0: Array
-    starts: NDArray[np.int64]
+    starts: Indices
     steps: int
 
 

@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Indices, Mask, Single
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
 from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
 from unmodelled.diagnosis.core.left_out_kernels import without_starts
@@ -52,7 +51,7 @@ class Equations:
         """Make all columns, keep the best shapes of every law at a place, and multiply them."""
         starts, always, runs, share, prior = _always(columns)
         look = _FirstLook.of(always, runs, len(columns.open.prior), prior, share)
-        atoms, kept = list[Atom](), list[NDArray[np.float32]]()
+        atoms, kept = list[Atom](), list[Single]()
         for several, raw in columns.atoms():
             for k, block in look.best(starts.free(raw), len(several)):
                 atoms.append(several[k])
@@ -245,7 +244,7 @@ def _always(columns: Columns) -> tuple[_Starts, Array, list[Mask], float, Array]
 def _products(
     columns: Columns,
     always: Array,
-    further: Sequence[NDArray[np.float32] | Array],
+    further: Sequence[Single | Array],
     runs: Sequence[Mask],
     share: float,
 ) -> tuple[Array, Array]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.logs.inspection.signal import Finding, Run, Signal
 
-Rows = NDArray[np.int64]
+Rows = Indices
 
 KIND = "counter"
 #: Size of a jump, in largest other steps: a counter moves by far less than its range between two samples.

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -116,7 +115,7 @@ def _paused(values: Array, stretch: tuple[int, int], span: float) -> bool:
     start, end = stretch
     if end >= len(values) or start < 2:
         return False
-    change: NDArray[np.float64] = np.abs(np.diff(values))
+    change: Array = np.abs(np.diff(values))
     jump, free = change[end - 1], np.ones(len(change), np.bool_)
     free[[last - 1 for _, last in _stretches(values) if last < len(values)]] = False
     usual = change[free & (change > 0.0)]

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.logs.differentiate import quantum, smooth_derivative
 from unmodelled.systems.model import System
 
-Offsets = NDArray[np.int64]
+Offsets = Indices
 
 #: Largest rest of a speed beside the multiple of a slope, in its root mean square, and largest difference of
 #: the multiples of the runs, relative: a second sensor at another place of the machine differs by more.

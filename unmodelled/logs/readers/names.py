@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.recognition import NUMBER
 
@@ -54,7 +54,7 @@ class Beside:
     #: (rows,) of lists whose length changes, by place.
     lengths: dict[str, Sequence[int]] = field(default_factory=dict)
 
-    def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
+    def labels(self, table: Table) -> tuple[list[Labels], Mask]:
         """Return the names of the elements of lists in every row, and (rows,) whether they fit no list."""
         names = {
             place: rows for place, rows in self.names.items() if NAMING.fullmatch(place.rpartition(".")[2])
@@ -199,7 +199,7 @@ def _aliases(table: Table, labels: Labels) -> dict[str, str]:
     return {new: old for old in (*table.columns, *table.texts) if (new := _renamed(old, names)) != old}
 
 
-def _of_group(table: Table, rows: NDArray[np.int64], code: NDArray[Any], named: Sequence[Labels]) -> Table:
+def _of_group(table: Table, rows: Indices, code: NDArray[Any], named: Sequence[Labels]) -> Table:
     """Some rows of a table with their elements by name, without columns that they leave empty."""
     columns: dict[str, Array] = {}
     texts: dict[str, NDArray[Any]] = {}

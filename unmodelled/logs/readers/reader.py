@@ -7,14 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.cells import shown
 
-Rows = NDArray[np.int64]
+Rows = Indices
 
 #: Bytes at the beginning of a file by which a reader recognises it.
 START = 4096
