@@ -1,4 +1,4 @@
-"""The story of a diagnosis, from top to bottom (shared/contracts/diagnosis.md).
+"""The story of a diagnosis, from top to bottom.
 
 Why a law was named: `search/candidates.py` compares what was fitted, `Candidates.named` takes the simplest
 hypothesis that no other one beats, and `beats` is the only measure of "better".

@@ -1,4 +1,4 @@
-"""diagnosis.json (`diagnosis/2`, shared/contracts/diagnosis.md) of a diagnosis."""
+"""diagnosis.json (`diagnosis/2`) of a diagnosis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The definition of the gap between a system and measured experiments (shared/contracts/diagnosis.md).
+"""The definition of the gap between a system and measured experiments.
 
 `unmodelled.diagnosis.fitting.free_runs` computes it, for every verb.
 """

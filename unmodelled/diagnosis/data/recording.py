@@ -1,4 +1,4 @@
-"""Measured experiments cut into the free-run windows of the gap (shared/contracts/diagnosis.md)."""
+"""Measured experiments cut into the free-run windows of the gap."""
 
 from __future__ import annotations
 

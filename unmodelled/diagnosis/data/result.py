@@ -76,7 +76,7 @@ class Remainder:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The explanation of the gap between a system and experiments (shared/contracts/diagnosis.md)."""
+    """The explanation of the gap between a system and experiments."""
 
     system: System  # as given
     logs: Logs  # as given, without copies of experiments

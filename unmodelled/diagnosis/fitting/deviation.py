@@ -1,4 +1,4 @@
-"""Deviations of simulated outputs from measured ones (shared/contracts/diagnosis.md)."""
+"""Deviations of simulated outputs from measured ones."""
 
 from __future__ import annotations
 

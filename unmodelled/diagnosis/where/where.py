@@ -27,7 +27,7 @@ PERMUTATIONS = 4000
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """The place of the gap, as in diagnosis.json (shared/contracts/diagnosis.md), largest shares first."""
+    """The place of the gap, as in diagnosis.json, largest shares first."""
 
     channels: Rows  # port (see `effect_channels.channel_of`), share of the squared gap above the floor
     regions: Rows  # signal, low, high (SI), share of the squared correction at the largest channel

@@ -143,7 +143,7 @@ Make = Callable[[float, Plan, np.random.Generator], Effect]
 class Plantable:
     """An effect that a machine offers."""
 
-    family: str  # of shared/contracts/diagnosis.md, or another name for an effect of no family
+    family: str  # as in docs/reference/effects.md, or another name for an effect of no family
     channel: str  # a port, `actuator:<input>` or `sensor:<output>`
     make: Make
     #: Family and channel of effects that the logs of this machine cannot distinguish from this effect, or
