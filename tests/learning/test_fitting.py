@@ -19,7 +19,8 @@ from omegaconf import OmegaConf
 from pipeline.__main__ import PROGRAM
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
-from tests.machines.known import edited, recorded
+from tests.machines.folders import changed
+from tests.machines.known import recorded
 from unmodelled import BadInput, Evaluation, Fit, Logs, System, evaluate, one_per_port, read_logs, train
 from unmodelled.learning import fitting
 from unmodelled.learning.adam import Adam
@@ -160,7 +161,7 @@ def test_damage_is_refused(name: str, old: str, new: str, words: str, fit: Fit, 
     if old is None:
         (tmp_path / name).unlink()
     else:
-        (tmp_path / name).write_text(edited((tmp_path / name).read_text(), (old, new)))
+        (tmp_path / name).write_text(changed((tmp_path / name).read_text(), (old, new)))
     with pytest.raises(BadInput, match=words):
         Fit.load(tmp_path)
 

@@ -41,14 +41,6 @@ def recorded(campaign: Any, name: str, folder: Path, seed: int = 0) -> tuple[Sys
     return built_in(name), read_logs(folder / "logs", built_in(name))
 
 
-def edited(text: str, *changes: tuple[str, str]) -> str:
-    """The text with other words in place of some that it has."""
-    for old, new in changes:
-        assert old in text, old
-        text = text.replace(old, new)
-    return text
-
-
 def values_of(
     system: System,
     expressions: Iterable[sp.Expr],

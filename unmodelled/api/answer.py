@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from unmodelled.api.named_effect import GapLocation, NamedEffect
+from unmodelled.api.named_effect import ComparisonTable, GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.notebook import shown
@@ -36,13 +36,6 @@ from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
-
-
-class ComparisonTable(pd.DataFrame):  # type: ignore[misc]  # pandas has no types
-    """Data frame that prints with all of its rows and columns; a part of it is a plain one."""
-
-    def __repr__(self) -> str:
-        return str(self.to_string(index=False, float_format="{:.3g}".format))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -27,7 +27,6 @@ from unmodelled.effects.formula_candidates import (
     sum_text,
 )
 
-Integers = Indices
 FEWEST, LARGEST = 50, 6  # samples; terms
 _WORTH = 0.002  # of the force's range: a gain (rms) below it is not worth a term, a network is no more exact
 _DIGITS = 1e-4  # of the largest force: a gain below it is lost where the coefficients are rounded
@@ -60,7 +59,7 @@ def closed_form(
     position: Array,
     velocity: Array,
     force: Array,
-    experiment: Integers,
+    experiment: Indices,
     names: tuple[str, str],
     angle: bool = False,
 ) -> ClosedForm:
@@ -96,7 +95,7 @@ def _check(arrays: dict[str, Array]) -> None:
             raise BadInput(f"closed form: sample {first} of {name} is not finite: leave it out")
 
 
-def _folds(experiment: Integers) -> Integers:
+def _folds(experiment: Indices) -> Indices:
     """Return the number of the cross-validation fold of each sample."""
     ids, number_of = np.unique(experiment, return_inverse=True)
     if len(ids) < 3:
@@ -129,7 +128,7 @@ class _Search:
     columns are kept, scaled to rms 1 and with the force as the last column: (folds, columns, columns).
     """
 
-    def __init__(self, x: Array, v: Array, force: Array, fold: Integers, angle: bool) -> None:
+    def __init__(self, x: Array, v: Array, force: Array, fold: Indices, angle: bool) -> None:
         """Search velocity scales on a grid first, then use those that suit the best formula of some size.
 
         Otherwise a second term would compensate for a velocity scale between two points of the grid.
@@ -169,12 +168,12 @@ class _Search:
         squares: Array = np.maximum(errors, 0.0) / self._counts[:, None]
         return squares
 
-    def _fits(self, parts: Integers) -> list[_Fit]:
+    def _fits(self, parts: Indices) -> list[_Fit]:
         """Return the best formula of each size on some folds of the data."""
         found = [self._extended(k, parts) for k in range(len(self._libraries))]
         return [min(fits, key=lambda fit: fit.squares) for fits in zip(*found, strict=True)]
 
-    def _extended(self, number_of: int, parts: Integers) -> list[_Fit]:
+    def _extended(self, number_of: int, parts: Indices) -> list[_Fit]:
         """Return the best formula of each size in one library, by extending the best smaller ones."""
         library, products = self._libraries[number_of], self._products[number_of][parts].sum(axis=0)
         ridge = _RIDGE * self._counts[parts].sum()
@@ -191,7 +190,7 @@ class _Search:
         return best
 
 
-def _solved(products: Array, sets: Integers, ridge: float) -> tuple[Array, Array]:
+def _solved(products: Array, sets: Indices, ridge: float) -> tuple[Array, Array]:
     """Return squared errors (m,) and weights (m, columns) of least squares on `sets` (m, size) of columns."""
     gram = products[sets[:, :, None], sets[:, None, :]] + ridge * np.eye(sets.shape[1])
     coefficients = np.linalg.solve(gram, products[sets, -1][..., None])[..., 0]

@@ -15,10 +15,9 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.table import Columns
 from unmodelled.logs.time_units import looks_like_days
 
-Offsets = Indices
 Kind = Literal["cubic", "linear"]
 #: Numbers of samples, or all of them.
-Rows = Offsets | slice
+Rows = Indices | slice
 EVERY = slice(None)
 
 SHORTEST_LOG = 50  # samples
@@ -170,10 +169,10 @@ class Splines:
     """Cubic splines through the uniform samples of every experiment, held beyond its ends."""
 
     pieces: Array  # (4, samples), coefficients by powers of the share of a period, the highest first
-    offsets: Offsets  # (experiments + 1,), first samples
+    offsets: Indices  # (experiments + 1,), first samples
 
     @classmethod
-    def of(cls, values: Array, offsets: Offsets) -> Splines:
+    def of(cls, values: Array, offsets: Indices) -> Splines:
         """Return the splines through samples (samples,) of experiments with offsets (experiments + 1,)."""
         pieces = np.zeros((4, len(values)))
         pieces[3] = values
@@ -197,7 +196,7 @@ class Splines:
         return np.asarray(np.where(rows + shift < first, value, later))
 
 
-def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[float], kind: Kind) -> Array:
+def delayed(values: Array, offsets: Indices, period: float, delays: Sequence[float], kind: Kind) -> Array:
     """Return uniform samples (samples, columns) after a delay of every column, s, held beyond all ends."""
     found = values.copy()
     for j, delay in enumerate(delays):
@@ -206,7 +205,7 @@ def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[flo
     return found
 
 
-def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
+def _ahead(values: Array, offsets: Indices, steps: float, kind: Kind) -> Array:
     """Uniform samples (n,), read `steps` samples later, held beyond the ends of every experiment."""
     shift, rest = _whole(steps)
     if rest and kind == "cubic":
@@ -215,7 +214,7 @@ def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
     return np.asarray(before + rest * (_shifted(values, offsets, shift + 1) - before)) if rest else before
 
 
-def _shifted(values: Array, offsets: Offsets, shift: int) -> Array:
+def _shifted(values: Array, offsets: Indices, shift: int) -> Array:
     """Uniform samples (n,) a whole number of samples later, held beyond the ends of every experiment."""
     found = np.empty_like(values)
     for a, b in pairwise(offsets):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, Faults, closest
 from unmodelled.logs.assembly import assembled, checked_in_si
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -25,7 +25,6 @@ from unmodelled.logs.record import (
     NAMES,
     Found,
     Record,
-    Rows,
     check_coarse,
     from_start,
     in_groups,
@@ -142,8 +141,8 @@ def _experiments(
 
 
 def _split(
-    name: str, record: Record, base: Found, t: Array, rows: Rows, files: int, told: Counter[str]
-) -> list[tuple[str, Rows]]:
+    name: str, record: Record, base: Found, t: Array, rows: Indices, files: int, told: Counter[str]
+) -> list[tuple[str, Indices]]:
     """Parts of a file with their ids: runs of equal values of a column, and where time starts again."""
     parts = [(name, rows)]
     column = record.mapping.split_by
@@ -172,7 +171,7 @@ def _split(
 
 
 def _log(
-    record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Rows, told: Counter[str]
+    record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Indices, told: Counter[str]
 ) -> Columns:
     """The signals of one experiment at the instants of the first one."""
     others = [channel.series(record, base, t, rows) for channel in channels]
@@ -214,7 +213,7 @@ def _cut(name: str, log: Columns, length: float | None, told: Counter[str]) -> l
     return parts
 
 
-def _described(record: Record, base: Found, rows: Rows, t: Array, column: Column | ByFile | str) -> str:
+def _described(record: Record, base: Found, rows: Indices, t: Array, column: Column | ByFile | str) -> str:
     """The one value that a constant has during an experiment, as text."""
     if isinstance(column, str):
         return column

@@ -19,8 +19,6 @@ from unmodelled.logs.readers.names import PUBLISHER
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
-Rows = Indices
-
 #: Time stamps of recorders are below, s, also those that count from 1970.
 LATEST = 1e11
 #: Share of equal time stamps from which on the clock is too coarse for its samples.
@@ -162,7 +160,7 @@ def from_start(t: Array) -> Array:
     return np.asarray(plain if np.all(np.diff(plain) > 0.0) else t - t[0])
 
 
-def parts_of(t: Array, rows: Rows) -> list[Rows]:
+def parts_of(t: Array, rows: Indices) -> list[Indices]:
     """Return the parts (rows,) of a record in which time does not start again."""
     parts, start = [], 0
     back = np.flatnonzero(np.diff(t[rows]) < 0.0) + 1
@@ -173,7 +171,7 @@ def parts_of(t: Array, rows: Rows) -> list[Rows]:
     return [*parts, rows[start:]]
 
 
-def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
+def in_order(t: Array, rows: Indices) -> tuple[Indices, int, int]:
     """Return rows (rows,) in the order of time, of equal stamps the last; and how many were late or equal.
 
     Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up

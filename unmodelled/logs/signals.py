@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import Faults, closest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import LONGEST_GAP, read_at
 from unmodelled.logs.mapping import LogMapping, Signal
-from unmodelled.logs.record import Found, Record, Rows, check_coarse, in_order
+from unmodelled.logs.record import Found, Record, check_coarse, in_order
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit, parse_logged
 
@@ -32,7 +32,7 @@ class Channel:
     kind: str  # between samples: "cubic", "linear" or "hold"
     signal: Signal
 
-    def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
+    def series(self, record: Record, base: Found, t: Array, rows: Indices) -> tuple[Array, str]:
         """Return values (rows,) at the instants t[rows] in the unit of the system, and how they were read."""
         found, raw = record.numbers(self.signal.column)
         values, how = self._converted(record, found, raw), ""

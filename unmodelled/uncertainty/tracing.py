@@ -7,7 +7,6 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.compiling import compiled
 
-Integers = Indices
 Four = tuple[float, float, float, float]
 
 
@@ -170,7 +169,7 @@ def _straight(
 @compiled
 def follow(
     tables: Array,
-    direction: Integers,
+    direction: Indices,
     part: Array,
     levels: Array,
     points: Array,

@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 
 from tests.diagnosis.studies import effect
 from tests.every import every
-from tests.machines.folders import logs_of, system_of
-from tests.machines.known import built_in, edited, values_of, written_again
+from tests.machines.folders import changed, logs_of, system_of
+from tests.machines.known import built_in, values_of, written_again
 from tests.physics.effects.benches import (
     PERIOD,
     Case,
@@ -204,7 +204,7 @@ def test_no_effect_hides_the_states_that_the_outputs_show(tmp_path: Path) -> Non
     numbers = "parameters:\n  k_s: {value: 3.0, unit: V/m}\n  z_s: {value: 0.2, unit: V}"
     alone = ("x: {unit: m}\n  tip", "tip")
     text = Path(__file__).with_name("stage.yaml").read_text()
-    known = system_of(edited(text, scaled, alone, ("parameters:", numbers)), tmp_path)
+    known = system_of(changed(text, scaled, alone, ("parameters:", numbers)), tmp_path)
     scales, shown = measured(known), [(reading.state, reading.output) for reading in readings(known)]
     assert shown == [(0, 0), (1, 0)]
     for each in effects():

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from tests.machines.folders import system_of
-from tests.machines.known import SYSTEMS, built_in, edited, written_again
+from tests.machines.folders import changed, system_of
+from tests.machines.known import SYSTEMS, built_in, written_again
 from tests.physics.effects.benches import measured
 from unmodelled.effects import known_terms
 from unmodelled.effects.known_terms import driven_port, stiffness
@@ -59,7 +59,7 @@ def test_where_input_and_effort_meet_is_enough(file: str, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(("drive", "sign"), [("-kf*u", -1), ("kf*clip(u, -0.5, 0.5)", 1)])
 def test_an_input_drives_backwards_and_behind_a_law(drive: str, sign: int, tmp_path: Path) -> None:
     """Its speed has the opposite sign then; a law before the physics does not hide what it drives."""
-    assert driven(system_of(edited(HOIST, ("kf*u", drive)), tmp_path)) == [("rail", sign)]
+    assert driven(system_of(changed(HOIST, ("kf*u", drive)), tmp_path)) == [("rail", sign)]
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_an_input_drives_backwards_and_behind_a_law(drive: str, sign: int, tmp_p
     ],
 )
 def test_the_stiffness_is_that_of_the_spring_between_the_bodies(old: str, new: str, tmp_path: Path) -> None:
-    text = edited(COUPLING, ("  d: {value: 0.1, unit: N m s/rad}\n", FOUR), (old, new))
+    text = changed(COUPLING, ("  d: {value: 0.1, unit: N m s/rad}\n", FOUR), (old, new))
     system = system_of(text, tmp_path)
     assert stiffness(system, system.port("shaft")) == sp.Symbol("k", real=True)
 
@@ -88,7 +88,7 @@ def test_the_stiffness_is_that_of_the_spring_between_the_bodies(old: str, new: s
     ],
 )
 def test_no_play_without_a_linear_spring(changes: list[tuple[str, str]], tmp_path: Path) -> None:
-    system = system_of(edited(COUPLING, *changes), tmp_path)
+    system = system_of(changed(COUPLING, *changes), tmp_path)
     assert stiffness(system, system.port("shaft")) is None
     assert not [e for e in effects() if e.variant == "in_spring" and e.places(system)]
 
@@ -135,7 +135,7 @@ def test_a_port_that_no_input_drives_has_no_load_unless_the_file_names_one() -> 
 
 def test_a_load_that_no_file_can_write_is_none(tmp_path: Path) -> None:
     (tmp_path / "map.csv").write_text("x,y\n0,0\n1,1\n2,4\n3,9\n")
-    text = edited(HOIST, ("kf*u", "kf*u*diff(map(x/1.0), x)*1.0"))
+    text = changed(HOIST, ("kf*u", "kf*u*diff(map(x/1.0), x)*1.0"))
     known = system_of(f"{text}tables:\n  map: {{file: map.csv, x: x, y: y}}\n", tmp_path)
     assert load(known, known.port("rail")) is None
 

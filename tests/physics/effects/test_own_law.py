@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 import unmodelled as um
-from tests.machines.known import edited, refusals
+from tests.machines.folders import changed
+from tests.machines.known import refusals
 from tests.physics.effects.benches import scales, system
 from unmodelled import BadInput, Law
 from unmodelled.base import additions
@@ -106,7 +107,7 @@ def test_laws_are_read_from_a_file_with_line_numbers(tmp_path: Path) -> None:
         ("plausible: 50", "plausible: much", "line 6: laws.grip.numbers.F.plausible: must be a number"),
         ("only", "once", "line 8: laws.grip.once: unknown key 'once'"),
     ]:
-        file.write_text(edited(FILE, (old, new)))
+        file.write_text(changed(FILE, (old, new)))
         told = refusals(lambda: read_laws(file))[0]
         assert str(file) in told and said in told
 

@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.machines.known import Array, edited, refusals
+from tests.machines.folders import changed
+from tests.machines.known import Array, refusals
 from tests.physics.robot.mechanisms import forward, system_of
 from tests.physics.robot.test_motion import rates
 from unmodelled.base.errors import BadInput
@@ -112,10 +113,10 @@ def test_numbers_of_a_follower_are_parameters_and_its_position_an_output(tmp_pat
     slide = system.outputs[1]
     assert (slide.unit, slide.column) == ("m", "slide")
     assert float(slide.expression.xreplace({system.x[0]: 1.0})) == pytest.approx(0.3 * (-1.7 + 0.4) + 0.05)
-    changed = edited(CRANE, ('damping="0.7"', 'damping="1.4"'), ('mass value="0.2"', 'mass value="0.3"'))
+    heavier = changed(CRANE, ('damping="0.7"', 'damping="1.4"'), ('mass value="0.2"', 'mass value="0.3"'))
     y, yd, u = np.random.default_rng(1).normal(size=(3, 2))
     other = system.with_values({"d_mass": 0.3, "slide_damping": 1.4})
-    wanted = lagrange(changed, ["lower", "wrist"], y, yd, u, np.empty(0))
+    wanted = lagrange(heavier, ["lower", "wrist"], y, yd, u, np.empty(0))
     assert rates(other, y, yd, u) == pytest.approx(wanted, rel=1e-10)
 
 
@@ -131,7 +132,7 @@ def test_a_locked_joint_follows_no_other_and_is_followed(tmp_path: Path, locked:
         upper = 0.4 - 1.7 * 0.5
         wanted = {"lower": 0.5, "upper": upper, "slide": 0.3 * upper + 0.05}
         assert system.robot.locked == pytest.approx(wanted)
-    without = edited(CRANE, (SLIDE_FOLLOWS, ""), (UPPER_FOLLOWS, ""))
+    without = changed(CRANE, (SLIDE_FOLLOWS, ""), (UPPER_FOLLOWS, ""))
     each = ", ".join(f"{name}: {value!r}" for name, value in system.robot.locked.items())
     (tmp_path / "free").mkdir()
     free = system_of(tmp_path / "free", without, f"locked: {{{each}}}\n", "crane.urdf")
@@ -176,7 +177,7 @@ def test_a_patched_file_keeps_its_gears(tmp_path: Path) -> None:
     ],
 )
 def test_gears_that_have_no_equations_are_refused(robot: str, old: str, new: str, words: str) -> None:
-    (message,) = refusals(lambda: compiled(edited(robot, (old, new)), "robot.xml"))
+    (message,) = refusals(lambda: compiled(changed(robot, (old, new)), "robot.xml"))
     assert words in message and len(message) < 200
 
 
@@ -278,7 +279,7 @@ def test_inertias_are_those_that_mujoco_reads() -> None:
 def test_what_mujoco_mends_in_a_urdf_is_mended() -> None:
     options = 'balanceinertia="true" boundmass="0.05" boundinertia="0.001"'
     mended = ("</robot>", f"<mujoco><compiler {options}/></mujoco></robot>")
-    text = edited(slider(inertia='ixx="0.01" iyy="0.3" izz="0.02"'), mended)
+    text = changed(slider(inertia='ixx="0.01" iyy="0.3" izz="0.02"'), mended)
     robot = compiled(text, "slider.urdf")
     assert numbers(robot)["rod", "inertia_xx"] == pytest.approx(0.11)
     assert numbers(robot)["tool", "mass"] == 0.05 and robot.massless == ()
@@ -286,7 +287,7 @@ def test_what_mujoco_mends_in_a_urdf_is_mended() -> None:
 
 HINGE = """<mujoco><worldbody><body name="rod"><joint name="pin" axis="0 1 0"/>
 <inertial mass="1" pos="0 0 -0.1" diaginertia="0.01 0.01 0.01"/></body></worldbody></mujoco>"""
-DEEP = edited(HINGE, ("<body", "<frame>" * 990 + "<body"), ("</body>", "</body>" + "</frame>" * 990))
+DEEP = changed(HINGE, ("<body", "<frame>" * 990 + "<body"), ("</body>", "</body>" + "</frame>" * 990))
 
 
 @pytest.mark.parametrize(
@@ -306,7 +307,7 @@ DEEP = edited(HINGE, ("<body", "<frame>" * 990 + "<body"), ("</body>", "</body>"
     ],
 )
 def test_robots_without_a_motion_are_refused_in_one_line(robot: str, old: str, new: str, words: str) -> None:
-    (message,) = refusals(lambda: compiled(edited(robot, (old, new)), "robot"))
+    (message,) = refusals(lambda: compiled(changed(robot, (old, new)), "robot"))
     assert words in message and len(message) < 200
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from tests.machines.known import edited, refusals, written_again
+from tests.machines.folders import changed
+from tests.machines.known import refusals, written_again
 from tests.physics.robot.mechanisms import random_tree, system_of
 from unmodelled import BadInput, read_system, write_system
 from unmodelled.systems.equations import equations
@@ -88,7 +89,7 @@ def test_what_moves_nothing_is_not_read(tmp_path: Path) -> None:
     shapes = '<geom type="mesh" mesh="m"/><frame><geom type="mesh" mesh="m" material="paint"/></frame>'
     shown = '<site name="s"/><camera name="c"/><geom type="capsule" material="paint"'
     world = ("<worldbody>", f"{assets}<worldbody>{shapes}")
-    robot = edited(SERVO, world, ('<geom type="capsule"', shown))
+    robot = changed(SERVO, world, ('<geom type="capsule"', shown))
     assert system_of(tmp_path, robot).dynamics == system_of(tmp_path, SERVO).dynamics
 
 
@@ -237,7 +238,7 @@ REFUSED = [
 def test_what_the_equations_cannot_follow_is_refused(
     tmp_path: Path, robot: str, old: str, new: str, words: str
 ) -> None:
-    message = refused(tmp_path, edited(robot, (old, new)))
+    message = refused(tmp_path, changed(robot, (old, new)))
     assert words in message and message.startswith("robot.xml: ")
 
 

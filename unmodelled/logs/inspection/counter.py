@@ -9,8 +9,6 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.logs.inspection.signal import Finding, Run, Signal
 
-Rows = Indices
-
 KIND = "counter"
 #: Size of a jump, in largest other steps: a counter moves by far less than its range between two samples.
 LARGE = 8.0
@@ -29,7 +27,7 @@ TURN = 2.0 * np.pi
 class _Overflow:
     """Jumps of one size."""
 
-    at: Rows  # (jumps,), first samples after them
+    at: Indices  # (jumps,), first samples after them
     size: float  # in the unit of the channel
     counts: int  # size in counts; 0: not known
 
@@ -83,7 +81,7 @@ def _overflow(values: Array, signal: Signal) -> _Overflow | None:
     return _Overflow(at, modulus, counts)
 
 
-def _goes_on(at: Rows) -> bool:
+def _goes_on(at: Indices) -> bool:
     """Return whether a jump is no spike: the channel does not jump back within two samples."""
     back = np.diff(at) <= SPIKE
     lone = np.ones(len(at), np.bool_)
@@ -111,7 +109,7 @@ def count_of(values: Array) -> float:
     return unit if whole.all() else 0.0
 
 
-def _without_motion(at: Rows, change: Array) -> tuple[Array, float]:
+def _without_motion(at: Indices, change: Array) -> tuple[Array, float]:
     """Return the sizes of jumps, shape (jumps,), less the motion around them, and their doubt."""
     before, after = change[np.maximum(at - 2, 0)], change[np.minimum(at, len(change) - 1)]
     sizes = np.abs(change[at - 1] - 0.5 * (before + after))

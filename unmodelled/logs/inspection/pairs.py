@@ -12,8 +12,6 @@ from unmodelled.base.arrays import Array, Indices
 from unmodelled.logs.differentiate import quantum, smooth_derivative
 from unmodelled.systems.model import System
 
-Offsets = Indices
-
 #: Largest rest of a speed beside the multiple of a slope, in its root mean square, and largest difference of
 #: the multiples of the runs, relative: a second sensor at another place of the machine differs by more.
 REST, SAME = 0.1, 0.03
@@ -33,7 +31,7 @@ class Multiple:
     factor: float
 
 
-def multiples(system: System, y: Array, offsets: Offsets, period: float) -> Iterator[Multiple]:
+def multiples(system: System, y: Array, offsets: Indices, period: float) -> Iterator[Multiple]:
     """Yield speeds of y (samples, outputs) that are a multiple of the slope of their position in all runs."""
     shown = {output.expression: k for k, output in enumerate(system.outputs)}
     for position, speed in zip(system.x, system.dynamics, strict=True):
@@ -45,7 +43,7 @@ def multiples(system: System, y: Array, offsets: Offsets, period: float) -> Iter
                 yield Multiple(p, v, factor)
 
 
-def _factor(slope: Array, speed: Array, offsets: Offsets) -> float | None:
+def _factor(slope: Array, speed: Array, offsets: Indices) -> float | None:
     """Return the one factor of a slope that gives the speed of all runs; None if there is none."""
     whole = float(slope @ slope)
     factor = float(slope @ speed) / whole if whole > 0.0 else 0.0
@@ -61,7 +59,7 @@ def _factor(slope: Array, speed: Array, offsets: Offsets) -> float | None:
     return factor
 
 
-def commands_as_outputs(system: System, y: Array, u: Array, offsets: Offsets) -> dict[int, int]:
+def commands_as_outputs(system: System, y: Array, u: Array, offsets: Indices) -> dict[int, int]:
     """Return the outputs of y (samples, outputs) that are an input of u, times and plus constants.
 
     A command may be logged one sample earlier or later. An output whose expression has the input is none.

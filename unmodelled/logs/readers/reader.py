@@ -11,8 +11,6 @@ from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.cells import shown
 
-Rows = Indices
-
 #: Bytes at the beginning of a file by which a reader recognises it.
 START = 4096
 #: Most characters of the name of a column.
@@ -40,12 +38,12 @@ class Table:
     aliases: Mapping[str, str] = field(default_factory=dict)  # column by another name that the file gives it
     clock: Array | None = None  # of the format, (rows,), s; None: time is a column like any other
     first: int = 1  # number of the first row in the file, as an editor counts
-    rows: Rows | None = None  # (rows,), numbers in the file; None: they follow each other
+    rows: Indices | None = None  # (rows,), numbers in the file; None: they follow each other
 
     def __len__(self) -> int:
         return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
 
-    def numbered(self, rows: Rows) -> Rows:
+    def numbered(self, rows: Indices) -> Indices:
         """Return the numbers of rows (rows,) in the file, as an editor counts."""
         return rows + self.first if self.rows is None else self.rows[rows]
 
