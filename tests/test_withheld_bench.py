@@ -123,6 +123,16 @@ def test_rows_are_judged_resumed_and_compared(
     assert "left out, because their files differ: one" in (tmp_path / "compare_old_new.md").read_text()
 
 
+def test_an_entrant_that_compares_no_models_is_in_the_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases = [case(tmp_path, "one", "single", "coulomb_friction")]
+    given(cases, monkeypatch)
+    answer_all(cases, Entrant.of(f"coulomb:{COULOMB}"), tmp_path)
+    write_tables(["coulomb", f"out={tmp_path}"])
+    assert "\n| single | coulomb | 1 | 1 of 1" in (tmp_path / "compare_coulomb.md").read_text()
+
+
 @pytest.mark.parametrize(
     ("family", "error"), [("loop", "killed after"), ("fault", "exit code 1: no such law")]
 )

@@ -143,8 +143,9 @@ def _ranks(row: Row) -> Sequence[int | None]:
         return []
     if row["error"]:
         return [None] if row["kind"] == "single" else []
-    ranks: Sequence[int | None] = row.get("rank", [])
-    return [rank for rank, seen in zip(ranks, row.get("seen", [True] * len(ranks)), strict=True) if seen]
+    ranks: Sequence[int | None] = row.get("rank", [])  # only a diagnosis has them
+    seen = row.get("seen", [True] * len(ranks))
+    return [rank for rank, visible in zip(ranks, seen, strict=True) if visible] if ranks else []
 
 
 def _share(values: Sequence[bool | None]) -> str:
