@@ -175,9 +175,15 @@ def test_measured_machines_have_a_page(inputs: Path, tmp_path: Path) -> None:
     put(inputs / "metrics" / "real.json", {"data": "measured", "emps": {"nothing": {"verdict": leaf}}})
     put(inputs / "tables" / "real_left_over.csv", "withheld,where\nnothing,q from 0 to 1\n")
     put(inputs / "tables" / "real_left_over.json", {"title": "What is left", "data": "measured"})
+    put(inputs / "tables" / "real_gaps.csv", "a column without rows\n")
+    put(inputs / "tables" / "real_gaps.json", {"title": "Gaps", "protocol": "no protocol of nothing"})
+    put(inputs / "tables" / "real.csv", f"machine,known\nemps,{'a sentence of some length ' * 2}\n")
     pages = make(inputs, tmp_path / "out")
     assert set(pages) == PAGES
     page = pages["site/real.html"]
+    assert "Gaps" in page and "0 rows" in page
+    assert "a column without rows" not in page and "no protocol of nothing" not in page
+    assert re.search(r'<td data-label="known" class="words">a sentence', page)
     assert "emps · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
 
 

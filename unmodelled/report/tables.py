@@ -9,6 +9,9 @@ from typing import Any
 
 from unmodelled.report.numbers import number, unit_text
 
+#: Characters from which a text is a sentence.
+SENTENCE = 40
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -64,13 +67,18 @@ def unit_cell(unit: str) -> Cell:
 
 
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
-    """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers."""
+    """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers.
+
+    Sentences get a column that is wide enough for them.
+    """
     columns, *rows = list(csv.reader(io.StringIO(text)))
     numbers = [[_parsed(cell) for cell in row] for row in rows]
     units = [name == "unit" for name in columns]
     cells = [
         tuple(
-            Cell(unit_text(text) if unit else text if value is None else number(value), text)
+            Cell(text, text, "words" if len(text) > SENTENCE else "")
+            if value is None and not unit
+            else Cell(unit_text(text) if unit else number(value), text)
             for text, value, unit in zip(row, values, units, strict=True)
         )
         for row, values in zip(rows, numbers, strict=True)
