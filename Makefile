@@ -107,20 +107,22 @@ docs: $(VENV)/tools    ## write docs/reference from the code, docs/api from docs
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html
 
-# without what setuptools has to say to who writes a package
-INSTALL := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
+# pip, as the user has configured it, chooses torch (for CPUs, say) and brings uv, which installs the rest in a fraction of
+# pip's time; where uv cannot, pip does. Both without what setuptools has to say to who writes a package
+PIP := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
+install = $(BIN)/uv pip install -q --native-tls --python $(BIN)/python -c constraints.txt $(1) 2>/dev/null || $(PIP) --no-compile $(1)
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (once, about a minute)"
-	@$(INSTALL) --upgrade pip  # the one that comes with Python takes minutes to look through all releases
-	@$(INSTALL) --no-compile -e ".[pipeline]"
-	@$(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib unmodelled pipeline >/dev/null || true  # on all cores, unlike pip
+	@$(PIP) --upgrade --no-deps pip uv torch || $(PIP) --upgrade pip
+	@$(call install,-e ".[pipeline]")
+	@$(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib unmodelled pipeline >/dev/null || true  # on all cores
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
 	@touch $@
 
 $(VENV)/tools: $(VENV)/ready
 	@echo "installing what tests and checks need (once)"
-	@$(INSTALL) -e ".[dev]"
+	@$(call install,-e ".[dev]")
 	@touch $@
 
 # params.yaml says which campaign, which profile and which measured machines are diagnosed
