@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from statistics import median
 from typing import Any
 
+import pandas as pd
 import pytest
 
 from benchmarks.withheld.score import share
@@ -59,3 +61,29 @@ def test_the_rates_are_those_of_the_rows(name: str) -> None:
     (line,) = [line for line in lines if line.startswith(f"| {name}")]
     assert line.endswith(f"| {' | '.join(rates)} |")
     assert f"| {' | '.join(map(in_words, rates))} |" in (DOCS.parent / "README.md").read_text()
+
+
+#: Lines of the table of other entrants, and their names in its rows.
+ENTRANTS = {
+    **{"this project": "unmodelled", "re-identified": "file", "mujoco.sysid": "sysid"},
+    **{"mujoco.sysid, no stiffness": "sysid_joints", "CMA-ES (PACE)": "cma", "PySINDy": "pysindy"},
+    **{"pyoperon": "pyoperon", "always dry friction": "coulomb"},
+}
+
+
+@pytest.mark.parametrize("title", ENTRANTS)
+def test_the_rates_of_other_entrants_are_those_of_their_rows(title: str) -> None:
+    path = DOCS / "withheld" / "entrants.csv"
+    every = pd.read_csv(path, keep_default_na=False, na_values=[""])  # a kind is called null
+    rows = every[every["entrant"] == ENTRANTS[title]]
+    assert len(rows) == 48
+    single, null = (rows[rows["kind"] == kind] for kind in ("single", "null"))
+    cells = [
+        share(list(single["in_set"])),
+        f"{rows['named'].sum()} of {rows['planted'].sum()}",
+        str(rows["beyond"].sum()),
+        share(list(null["right"])),
+        share(list(rows["worse"].dropna())) or "–",
+        f"{median(rows['cpu']):.0f}",
+    ]
+    assert f"| {title} | {' | '.join(cells)} |" in (DOCS / "withheld" / "README.md").read_text()
