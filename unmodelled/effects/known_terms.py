@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -99,24 +99,35 @@ def _stiffness(
     moved = [rate for rate in rates if rate.has(effort)]
     if len(moved) < 2:
         return None
-    along = [x for x in position.free_symbols if x not in {*parameters, *others}]
+    constants = {*parameters, *others}
+    along = [x for x in position.free_symbols if x not in constants]
+    points = _rational_points((*parameters, *others))
     # what else holds one of the bodies is in the rate of this body only
-    every = [
-        {
-            _constant(sp.diff(rate, x), sp.diff(rate, effort) * sp.diff(position, x), (*parameters, *others))
-            for x in along
-        }
-        for rate in moved
-    ]
-    common = [k for k in set.intersection(*every) if k and k.free_symbols <= {*parameters}]
+    every = []
+    for rate in moved:
+        below = [(x, sp.diff(rate, effort) * sp.diff(position, x)) for x in along]
+        quotients = [sp.diff(rate, x) / slope for x, slope in below if slope != 0]
+        found = (k for k in quotients if k.free_symbols <= constants)
+        every.append({tuple(k.xreplace(point) for point in points): k for k in found})
+    common = [_reduced(every[0][values], points) for values in set.intersection(*map(set, every))]
+    common = [k for k in common if k and k.free_symbols <= {*parameters}]
     return common[0] if len(common) == 1 else None
 
 
-def _constant(above: sp.Expr, below: sp.Expr, constants: Collection[sp.Symbol]) -> sp.Expr | None:
-    """Quotient of two expressions, None if it depends on the state or is infinite."""
-    if below == 0:
-        return None
-    quotient = above / below
-    if (above * below).free_symbols <= {*constants}:
-        return sp.cancel(quotient)
-    return quotient if quotient.free_symbols <= {*constants} else None
+def _rational_points(constants: Symbols) -> tuple[dict[sp.Symbol, sp.Rational], ...]:
+    """Two points at which different rational functions of the constants have different values."""
+    return tuple(
+        {s: sp.Rational(sp.prime(first + k), sp.prime(1 + k)) for k, s in enumerate(constants)}
+        for first in (len(constants) + 2, 2 * len(constants) + 2)
+    )
+
+
+def _reduced(quotient: sp.Expr, points: Sequence[Mapping[sp.Symbol, sp.Rational]]) -> sp.Expr:
+    """A quotient as a function of those symbols alone on which its value depends.
+
+    Cancelling nested fractions of ten symbols takes minutes.
+    """
+    here, there = points
+    value = quotient.xreplace(here)
+    gone = {s: here[s] for s in quotient.free_symbols if quotient.xreplace({**here, s: there[s]}) == value}
+    return sp.cancel(quotient.xreplace(gone))

@@ -78,6 +78,25 @@ def test_the_stiffness_is_that_of_the_spring_between_the_bodies(old: str, new: s
     assert stiffness(system, system.port("shaft")) == sp.Symbol("k", real=True)
 
 
+def test_the_stiffness_is_found_among_nested_fractions() -> None:
+    """To cancel the quotients of ten symbols takes minutes; the stiffness depends on one of them."""
+    names = "k J1 J2 m w dJ s1 s2 q1 q2 T"
+    k, J1, J2, m, w, dJ, s1, s2, q1, q2, T = every = sp.symbols(names, real=True)
+    one, two = J1 + s1, J2 + s2
+    force = k * (q1 - q2) + T
+
+    def held(effort: sp.Expr) -> sp.Expr:
+        """Acceleration of the first body, on which a mass hangs by a spring."""
+        return (effort + m * (effort / one + w**2 * q1) / (1 - m / one)) / one
+
+    share = 1 + dJ * (1 / two + (1 + m / (one * (1 - m / one))) / one)
+    rest = force - dJ * (force / two + held(force)) / share
+    assert known_terms._stiffness((-held(rest), rest / two), q1 - q2, T, every[:8], ()) == k
+    assert known_terms._stiffness((-held(rest), 2 * rest / two), q1 - q2, T, every[:8], ()) == k
+    other = (rest + k * q2) / two
+    assert known_terms._stiffness((-held(rest), other), q1 - q2, T, every[:8], ()) is None
+
+
 @pytest.mark.parametrize(
     "changes",
     [
