@@ -114,7 +114,7 @@ install = $(BIN)/uv pip install -q --native-tls --python $(BIN)/python -c constr
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (once, about a minute)"
-	@$(PIP) --upgrade --no-deps pip uv torch || $(PIP) --upgrade pip
+	@$(PIP) --upgrade --no-deps pip uv torch 2>/dev/null || $(PIP) --upgrade pip
 	@$(call install,-e ".[pipeline]")
 	@$(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib unmodelled pipeline >/dev/null || true  # on all cores
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
