@@ -139,13 +139,12 @@ def _value(row: Row, key: str) -> bool | None:
 
 def _ranks(row: Row) -> Sequence[int | None]:
     """Ranks of the true laws alone that are large enough to be seen; None: not compared, or no answer."""
-    if row["kind"] == "outside":
-        return []
     if row["error"]:
         return [None] if row["kind"] == "single" else []
-    ranks: Sequence[int | None] = row.get("rank", [])  # only a diagnosis has them
-    seen = row.get("seen", [True] * len(ranks))
-    return [rank for rank, visible in zip(ranks, seen, strict=True) if visible] if ranks else []
+    ranks: Sequence[int | None] = row.get("rank", [])
+    if row["kind"] == "outside" or not ranks:  # only a diagnosis compares models
+        return []
+    return [rank for rank, seen in zip(ranks, row.get("seen", [True] * len(ranks)), strict=True) if seen]
 
 
 def _share(values: Sequence[bool | None]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 import pandas as pd
@@ -84,6 +83,6 @@ def test_the_rates_of_other_entrants_are_those_of_their_rows(title: str) -> None
         str(rows["beyond"].sum()),
         share(list(null["right"])),
         share(list(rows["worse"].dropna())) or "–",
-        f"{median(rows['cpu']):.0f}",
+        f"{rows['cpu'].median():.0f}",
     ]
     assert f"| {title} | {' | '.join(cells)} |" in (DOCS / "withheld" / "README.md").read_text()
