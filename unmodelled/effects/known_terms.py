@@ -105,8 +105,9 @@ def _stiffness(
     # what else holds one of the bodies is in the rate of this body only
     every = []
     for rate in moved:
-        below = [(x, sp.diff(rate, effort) * sp.diff(position, x)) for x in along]
-        quotients = [sp.diff(rate, x) / slope for x, slope in below if slope != 0]
+        pushed = sp.diff(rate, effort)
+        slopes = {x: pushed * sp.diff(position, x) for x in along}
+        quotients = (sp.diff(rate, x) / slope for x, slope in slopes.items() if slope != 0)
         found = (k for k in quotients if k.free_symbols <= constants)
         every.append({tuple(k.xreplace(point) for point in points): k for k in found})
     common = [_reduced(every[0][values], points) for values in set.intersection(*map(set, every))]

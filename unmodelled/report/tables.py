@@ -75,12 +75,7 @@ def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
     numbers = [[_parsed(cell) for cell in row] for row in rows]
     units = [name == "unit" for name in columns]
     cells = [
-        tuple(
-            Cell(text, text, "words" if len(text) > SENTENCE else "")
-            if value is None and not unit
-            else Cell(unit_text(text) if unit else number(value), text)
-            for text, value, unit in zip(row, values, units, strict=True)
-        )
+        tuple(_file_cell(text, value, unit) for text, value, unit in zip(row, values, units, strict=True))
         for row, values in zip(rows, numbers, strict=True)
     ]
     numeric = tuple(
@@ -92,6 +87,14 @@ def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
     data = about.get("data") or ""
     caption = "" if caption == title else caption
     return Table(name, title or name, tuple(columns), numeric, tuple(cells), caption, protocol, chapter, data)
+
+
+def _file_cell(text: str, value: float | int | None, unit: bool) -> Cell:
+    if unit:
+        return Cell(unit_text(text), text)
+    if value is None:
+        return Cell(text, text, "words" if len(text) > SENTENCE else "")
+    return Cell(number(value), text)
 
 
 def _parsed(text: str) -> float | int | None:
