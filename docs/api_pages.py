@@ -32,6 +32,8 @@ def build(folder: Path) -> None:
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)
     with _rooms_listed(), warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
+        # members that a table has from pandas: their annotations name what it imports for type checkers alone
+        warnings.filterwarnings("ignore", r"Error parsing type annotation .+ for pandas\.", UserWarning)
         for name in pdoc.extract.walk_specs(MODULES):
             _prepare(name)
         pdoc.pdoc(*MODULES, output_directory=folder)
