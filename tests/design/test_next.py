@@ -17,6 +17,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
 from unmodelled.design.checked import check_answer
 from unmodelled.design.content import sentences
+from unmodelled.design.criterion import GAIN, Value
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.answer.summary import SCHEMA
 
@@ -88,11 +89,32 @@ def test_laws_that_are_alike_on_the_logs_are_told_apart(found: NextExperiment) -
     force = found.table()["force"].to_numpy()
     odds = found.odds.iloc[0]
     assert odds["proposed"] > 0.99
-    assert odds["proposed"] >= np.nanmax([0.5, odds["chirp"], odds["random"]])
+    assert odds["proposed"] >= np.nanmax([0.5, odds["chirp"], odds["random"]]) - GAIN
     limits = found.design.criterion.limits
     chirps = references(limits, 0)["chirp"][:, :, 0]
     inside = [u for u in chirps if all(np.abs(moved(u, f)[:, 0]).max() <= 0.3 for f in (True, False))]
-    assert inside and gap(force) > max(100.0 * NOISE, gap(inside[0]))
+    assert inside and gap(force) >= max(100.0 * NOISE, gap(inside[0]))
+
+
+def test_a_chirp_is_proposed_where_no_experiment_promises_more(
+    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A force that hardly may change leaves nothing to choose."""
+    monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 1)
+    monkeypatch.setattr("unmodelled.design.design.REFINED", 1)
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(
+        LIMITS.replace("low: -1.5, high: 2", "low: 1, high: 1.01").replace("high: 0.3", "high: 30")
+    )
+    held = proposed(case, limits=limits)
+    assert held.content["family"] == "chirp"
+    np.testing.assert_array_equal(held.design.found.u, held.design.references["chirp"])
+    # a distance of one standard deviation tells with 69 %, one of 1.1 with 71 %, those of 6 and 9 with all
+    near, further, far, farthest = (
+        Value(np.zeros(1), np.array([[d]]), np.zeros((1, 0))) for d in (1.0, 1.1, 6.0, 9.0)
+    )
+    gains = held.design.criterion.gains
+    assert gains(further, near) and not gains(near, further) and not gains(farthest, far)
 
 
 def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:

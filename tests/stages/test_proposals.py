@@ -87,17 +87,20 @@ def test_the_machine_of_the_case_runs_the_experiment(
 
 
 def test_the_table_counts_named_and_listed_effects(cases: Path, tmp_path: Path) -> None:
-    rail = effect("stribeck_friction", "rail")
+    rail = effect("stribeck_friction", "rail", parameters={"F_c": {"interval": [1.0, 1.2]}})
+    narrow = rail | {"parameters": {"F_c": {"interval": [1.0, 1.05]}, "F_s": {"interval": [None, 1.0]}}}
     alike = rail | {"indistinguishable": [{"family": "coulomb_friction", "port": "rail"}]}
     seen = {"oracle": {"seen": [True], "gap_seen": True, "shrink": 0.9}, "sparse_regression": None}
     write_json(tmp_path / "refits" / f"{FIRST}.json", seen)
     write_json(tmp_path / "first" / f"{FIRST}.json", diagnosis(alike))
-    write_json(tmp_path / "again" / "proposed" / f"{FIRST}.json", diagnosis(rail))
+    write_json(tmp_path / "again" / "proposed" / f"{FIRST}.json", diagnosis(narrow))
     tabulate_proposals(
         cases, tmp_path / "first", tmp_path / "refits", tmp_path / "again", tmp_path / "reports"
     )
     table = pd.read_csv(tmp_path / "reports" / "tables" / "proposals.csv")
     sizes = table[table["measure"] == "set_size"].set_index("experiment")["value"]
     assert sizes.to_dict() == {"none": 2.0, "proposed": 1.0, "chirp": 2.0, "random": 2.0}
+    widths = table[table["measure"] == "width"].set_index("experiment")["value"]
+    assert widths.to_dict() == pytest.approx({"none": 1.0, "proposed": 0.25, "chirp": 1.0, "random": 1.0})
     missed = pd.read_csv(tmp_path / "reports" / "tables" / "proposals_misses.csv")
     assert list(missed["experiment"]) == ["none", "chirp", "random"]

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.special import ndtr
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.wording import number, unit_text
-from unmodelled.design.criterion import BestSensor, Value
+from unmodelled.design.criterion import GAIN, BestSensor, Value, odds
 from unmodelled.design.design import Design
 from unmodelled.design.limits import Limits, units_of
 from unmodelled.design.rivals import HALF_INTERVAL
@@ -160,10 +159,10 @@ def _told(found: Mapping[str, Any], what: str) -> Iterator[str]:
 
 
 def _sensed(found: Mapping[str, Any]) -> Iterator[str]:
-    """The sensor, where it adds a percent to the lowest odds."""
+    """The sensor, where it adds to the lowest odds."""
     sensor = found.get("sensor")
     least = min((each["odds"]["proposed"] for each in found["alternatives"]), default=1.0)
-    if sensor and min(sensor["odds"]) > least + 0.01:
+    if sensor and min(sensor["odds"]) > least + GAIN:
         yield (
             f"a sensor of {sensor['label']} as accurate as the others ({100.0 * sensor['accuracy']:.2g} % of "
             "its standard deviation in the experiment) would raise the lowest odds from "
@@ -203,13 +202,12 @@ def _half(width: float | None) -> str:
 def _sensor(found: BestSensor | None) -> dict[str, Any] | None:
     if found is None:
         return None
-    odds = [float(ndtr(0.5 * distance)) for distance in found.distances]
     about = {"label": found.sensor.label, "unit": found.sensor.unit, "accuracy": found.accuracy}
-    return {**about, "odds": odds}
+    return {**about, "odds": odds(found.distances).tolist()}
 
 
 def _odds(value: Value | None, alternative: int) -> float | None:
-    return None if value is None else float(ndtr(0.5 * value.distances[0, alternative]))
+    return None if value is None else float(value.odds[0, alternative])
 
 
 def _number(design: Design, values: Mapping[str, Value | None], name: str) -> dict[str, Any]:

@@ -11,12 +11,16 @@ from functools import partial
 
 import numpy as np
 import sympy as sp
+from scipy.special import ndtr
 
 from unmodelled.base.arrays import Array
 from unmodelled.design.limits import Limits
 from unmodelled.design.rivals import Rival
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.units import describe, parse_unit
+
+#: What counts as a gain: of the probability that models are told apart, or of the width of an interval.
+GAIN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +32,16 @@ class Value:
     distances: Array
     #: (designs, numbers), standard deviations of the named model's numbers, SI; nan beyond limits.
     after: Array
+
+    @property
+    def odds(self) -> Array:
+        """Return the probability (designs, alternatives) that the named model is told from each."""
+        return odds(self.distances)
+
+
+def odds(distance: Array) -> Array:
+    """Return the probability that two models at a distance, in standard deviations, are told apart."""
+    return np.asarray(ndtr(0.5 * distance))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +87,16 @@ class Criterion:
             before, after = (self.relative(s) for s in (self.before[None], found.after))
             value = np.log(before / after)
         return np.asarray(np.where(found.excess > 0.0, beyond, value))
+
+    def gains(self, found: Value, other: Value) -> bool:
+        """Return whether an experiment promises more than another one, both within the limits.
+
+        It tells an alternative with `GAIN` more, or narrows the counted intervals by this share.
+        """
+        if len(self.rivals) > 1:
+            return bool((found.odds - other.odds).max() > GAIN)
+        after, beside = (self.relative(value.after) for value in (found, other))
+        return bool(after[0] < (1.0 - GAIN) * beside[0])
 
     @property
     def before(self) -> Array:
