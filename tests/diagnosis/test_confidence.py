@@ -8,12 +8,13 @@ import pytest
 
 from unmodelled.diagnosis.decide.confidence import MEASURED, alike, confidence
 
-ROWS = Path(__file__).parents[2] / "docs" / "decisions" / "0015" / "rows_fresh.jsonl"
+DECISIONS = Path(__file__).parents[2] / "docs" / "decisions"
+ROWS = DECISIONS / "0015" / "rows_fresh.jsonl", DECISIONS / "0016" / "rows.jsonl"
 
 
 def test_the_shares_are_those_of_the_rows() -> None:
     found: dict[tuple[str, int], list[int]] = defaultdict(lambda: [0, 0])
-    for row in map(json.loads, ROWS.read_text().splitlines()):
+    for row in (json.loads(line) for rows in ROWS for line in rows.read_text().splitlines()):
         if not row["error"] and row["verdict"] in MEASURED:
             counted = found[row["verdict"], alike(row["verdict"], row["named"], row["shrink"])]
             counted[0] += bool(row["right"])

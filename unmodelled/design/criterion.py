@@ -39,9 +39,9 @@ class Value:
         return odds(self.distances)
 
 
-def odds(distance: Array) -> Array:
-    """Return the probability that two models at a distance, in standard deviations, are told apart."""
-    return np.asarray(ndtr(0.5 * distance))
+def odds(distances: Array) -> Array:
+    """Return the probability that models at distances of any shape, standard deviations, are told apart."""
+    return np.asarray(ndtr(0.5 * distances))
 
 
 @dataclass(frozen=True, eq=False)
