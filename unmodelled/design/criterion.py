@@ -40,7 +40,7 @@ class Value:
 
 
 def odds(distances: Array) -> Array:
-    """Return the probability that models at distances of any shape, standard deviations, are told apart."""
+    """Return the probability (..., alternatives) of telling models at distances in standard deviations."""
     return np.asarray(ndtr(0.5 * distances))
 
 
