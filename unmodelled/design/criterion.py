@@ -91,12 +91,11 @@ class Criterion:
     def gains(self, found: Value, other: Value) -> bool:
         """Return whether an experiment promises more than another one, both within the limits.
 
-        It tells an alternative with `GAIN` more, or narrows the counted intervals by this share.
+        It tells an alternative with `GAIN` more, or narrows a counted interval by this share.
         """
         if len(self.rivals) > 1:
             return bool((found.odds - other.odds).max() > GAIN)
-        after, beside = (self.relative(value.after) for value in (found, other))
-        return bool(after[0] < (1.0 - GAIN) * beside[0])
+        return bool((found.after < (1.0 - GAIN) * other.after)[:, self._counted].any())
 
     @property
     def before(self) -> Array:
@@ -105,11 +104,14 @@ class Criterion:
 
     def relative(self, deviation: Array) -> Array:
         """Return the rms (designs,) of relative standard deviations (designs, numbers) of counted numbers."""
-        named = self.rivals[0]
-        rows = [list(named.values).index(name) for name in self.numbers]
+        named, rows = self.rivals[0], self._counted
         scales = [named.fitted.hypothesis.unknowns[k].scale for k in rows]
         size = np.array([abs(named.values[n]) or s for n, s in zip(self.numbers, scales, strict=True)])
         return np.asarray(np.sqrt(np.mean((deviation[:, rows] / size) ** 2, axis=1)))
+
+    @property
+    def _counted(self) -> list[int]:
+        return [list(self.rivals[0].values).index(name) for name in self.numbers]
 
     @property
     def unit(self) -> Array:
