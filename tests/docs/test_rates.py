@@ -20,7 +20,11 @@ def read_rows(decision: str) -> Rows:
     return [json.loads(line) for line in (DOCS / "decisions" / decision).read_text().splitlines()]
 
 
-ROWS = read_rows("0015/rows_fresh.jsonl") + read_rows("0016/rows.jsonl")
+ROWS = [
+    *read_rows("0015/rows_fresh.jsonl"),
+    *read_rows("0016/rows.jsonl"),
+    *read_rows("0016/rows_fresh.jsonl"),
+]
 FIVE = [row for row in ROWS if row["case"].startswith("70")]
 FIFTEEN = [row for row in ROWS if "further" in row["case"]]
 #: Beginning of a line of the table, entry and kind of the rows.
