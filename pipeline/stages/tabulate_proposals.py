@@ -68,8 +68,8 @@ def _rows(kind: str, cases: Path, diagnoses: Path, refits: Path, extended: Path)
     for case in cases_in(cases):
         name = f"{case.name}.json"
         said = extended if (extended / name).exists() else diagnoses
-        _, row = answer(case, said / name, refits / name)
-        width = _narrowed(read_judged(diagnoses / name), read_judged(said / name))
+        later, row = answer(case, said / name, refits / name)
+        width = _narrowed(read_judged(diagnoses / name), later)
         yield {"experiment": kind, "case": case.name, "width": width, **row}
 
 

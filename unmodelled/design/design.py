@@ -20,7 +20,7 @@ from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import BestSensor, Criterion, Value, best_sensor
 from unmodelled.design.limits import far_from_logs, read_limits
 from unmodelled.design.rivals import HALF_INTERVAL, Entry, Rival, fitted_rival
-from unmodelled.design.signals import FAMILIES, Family, reference_points, references
+from unmodelled.design.signals import CHIRP, FAMILIES, Family, reference_points, references
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.input_hold import begun
@@ -44,6 +44,9 @@ class Design:
     criterion: Criterion
     found: Found
     seed: int
+    #: The chirp and the random experiment of the same length, with the largest amplitude at which all models
+    #: stay within the limits; None where none does.
+    references: Mapping[str, Array | None]  # (samples, inputs), SI
     alternatives: tuple[Entry, ...]  # of the named effects, as diagnosis.json names them
     notes: tuple[str, ...] = ()
 
@@ -51,14 +54,6 @@ class Design:
     def value(self) -> Value:
         """Return the value of the proposed experiment."""
         return self.criterion(self.found.u[None])
-
-    @cached_property
-    def references(self) -> Mapping[str, Array | None]:
-        """Return the chirp and the random experiment of the same length: inputs, shape (samples, inputs), SI.
-
-        Each has the largest amplitude at which all models stay within the limits; None where none does.
-        """
-        return _references(self.criterion, self.seed)
 
     @cached_property
     def compared(self) -> Mapping[str, Value | None]:
@@ -118,8 +113,9 @@ def design(
             f"{limits}: travel: no experiment of {bounds.duration:g} s was found in which all models stay "
             "within the limits: widen them, shorten `duration`, or change `start`"
         )
-    found = _chirp_if_as_good(criterion, found, seed)
-    return Design(study.system, criterion, found, seed, tuple(other for _, other in swaps), notes)
+    beside = _references(criterion, seed)
+    found = _chirp_if_as_good(criterion, found, beside["chirp"])
+    return Design(study.system, criterion, found, seed, beside, tuple(other for _, other in swaps), notes)
 
 
 def _known(answer: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
@@ -193,13 +189,14 @@ def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], N
     return Found(family, family.inputs(z[None], limits)[0], score)
 
 
-def _chirp_if_as_good(criterion: Criterion, found: Found, seed: int) -> Found:
-    """The chirp where the found experiment promises no more: it is the one that everybody knows."""
-    u = _references(criterion, seed)["chirp"]
-    if u is None or criterion.gains(criterion(found.u[None]), criterion(u[None])):
+def _chirp_if_as_good(criterion: Criterion, found: Found, chirp: Array | None) -> Found:
+    """The chirp (samples, inputs) where the found experiment promises no more: everybody knows it."""
+    if chirp is None:
         return found
-    family, _ = reference_points(len(criterion.limits.inputs), seed)["chirp"]
-    return Found(family, u, float(criterion.scores(criterion(u[None]))[0]))
+    value = criterion(chirp[None])
+    if criterion.gains(criterion(found.u[None]), value):
+        return found
+    return Found(CHIRP, chirp, float(criterion.scores(value)[0]))
 
 
 def _references(criterion: Criterion, seed: int) -> dict[str, Array | None]:

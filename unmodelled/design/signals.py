@@ -94,12 +94,13 @@ def _chirp(z: Array, share: Array, most: float) -> Array:
     return np.asarray(np.sin(2.0 * np.pi * first * np.expm1(ratio * share) / ratio))
 
 
+CHIRP = Family("chirp", 4, _chirp)
 FAMILIES = (
     Family("steps and holds", 2 + LEVELS, _holds),
     Family("ramps", 2 + LEVELS, _ramps),
     Family("slow reversals", 5, _reversals),
     Family("multisine", 4 + SINES, _multisine),
-    Family("chirp", 4, _chirp),
+    CHIRP,
 )
 #: Amplitudes of a reference, from which the largest one within the limits is taken.
 AMPLITUDES = np.linspace(1.0, 0.05, 20)
@@ -123,6 +124,6 @@ def reference_points(inputs: int, seed: int) -> Mapping[str, tuple[Family, Array
     own = [np.tile(rng.random(20), (len(AMPLITUDES), 1)) for _ in range(inputs)]
     held = [np.column_stack([AMPLITUDES, centred, levels]) for levels in own]
     return {
-        "chirp": (FAMILIES[-1], np.tile(sweep, (1, inputs))),
+        "chirp": (CHIRP, np.tile(sweep, (1, inputs))),
         "random": (Family("random levels", 22, _holds), np.concatenate(held, axis=1)),
     }
