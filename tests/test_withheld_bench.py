@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +166,9 @@ def test_any_first_part_of_the_virtual_cases_has_all_kinds(tmp_path: Path) -> No
 def test_a_wrong_number_is_in_the_file_and_the_truth_is_apart(tmp_path: Path) -> None:
     (case,) = cases_of("number:7:1", tmp_path)
     case.make()
+    assert isinstance(case.make, partial)
+    case.make.args[1]()  # another job made it in the meantime
+    assert {p.name for p in (tmp_path / "cases").iterdir()} == {case.name}
     assert case.apart is not None
     assert {p.name for p in case.system.parent.iterdir()} == {"system.yaml", "logs"}
     assert {"truth.json", "validation"} <= {p.name for p in case.apart.iterdir()}

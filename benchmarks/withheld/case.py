@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -136,19 +138,24 @@ def _virtual(
 def _write(
     case: MeasuredCase, folder: Path, apart: Path, change: Callable[[Path], object] | None = None
 ) -> None:
-    """Write a case, change its files, and part system file and logs from the truth."""
-    write_measured(case, apart)
+    """Write a case, change its files, and part system file and logs from the truth.
+
+    Jobs side by side may write the same case: each writes its own folders, and the first is kept.
+    """
+    told, begun = (path.with_name(f".{path.name}-{os.getpid()}") for path in (apart, folder))
+    write_measured(case, told)
     if change is not None:
-        change(apart)
-    acts_at = parameter_channels(read_system(apart / SYSTEM))
-    truth = read_json(apart / TRUTH) | {"acts_at": {name: sorted(at) for name, at in acts_at.items()}}
-    write_json(apart / TRUTH, truth)
-    begun = folder.with_name(f".{folder.name}")
-    shutil.rmtree(begun, ignore_errors=True)
+        change(told)
+    acts_at = parameter_channels(read_system(told / SYSTEM))
+    truth = read_json(told / TRUTH) | {"acts_at": {name: sorted(at) for name, at in acts_at.items()}}
+    write_json(told / TRUTH, truth)
     begun.mkdir(parents=True)
     for name in (SYSTEM, LOGS):
-        shutil.move(apart / name, begun / name)
-    begun.rename(folder)
+        shutil.move(told / name, begun / name)
+    for made, place in ((told, apart), (begun, folder)):
+        with suppress(OSError):  # it is there already
+            made.rename(place)
+        shutil.rmtree(made, ignore_errors=True)
 
 
 def _wrong_number(folder: Path, seed: Sequence[int]) -> None:
