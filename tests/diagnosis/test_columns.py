@@ -132,6 +132,16 @@ def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: Path) -> No
     assert {a.place.name for a in seen if a.place.kind == "parameter"} == {"J", "b", "mgl"}
 
 
+def test_a_lag_hides_the_state_before_it(tmp_path: Path) -> None:
+    """The output changes with that state by round-off only, and nothing is divided by round-off."""
+    known, sensor = Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))), Place("sensor", "theta")
+    lagging = fitted(known.plus(effect("sensor_lag"), sensor).plus(effect("sensor_gain"), sensor))
+    path = FreeRun.of(lagging, lagging.recording)
+    anywhere = replace(path, x=np.random.default_rng(0).normal(size=path.x.shape))
+    assert 0.0 < np.abs(anywhere.shown[:, :, 0, 0]).max() * path.recording.noise[0] < 1e-9
+    assert (anywhere.start_gain[0] == 1.0).all()
+
+
 @pytest.mark.long
 def test_where_nothing_is_missing_the_best_law_is_chance(tmp_path: Path) -> None:
     """Of ten machines without effects, the probability is spread from zero to one."""

@@ -244,9 +244,12 @@ class Path:
         """Return gains (windows, measured states) of measured states, outputs, and which are rates."""
         C = self.shown[:, 0] * self.recording.noise[:, None]
         shown = {r.output: r.state for r in self.readings if not r.slope}
-        gain = np.stack([C[:, r.output, shown.get(r.output, r.state)] for r in self.readings], axis=1)
         output = np.array([r.output for r in self.readings])
-        return np.where(gain == 0.0, 1.0, gain), output, np.array([bool(r.slope) for r in self.readings])
+        state = np.array([shown.get(r.output, r.state) for r in self.readings])
+        # behind a lag, the state itself is not shown: such a difference is round-off
+        gain, size = C[:, output, state], np.abs(self.x[..., state]).max(axis=(0, 1))
+        none = np.abs(gain) * size <= STEP * self.recording.scale[output]
+        return np.where(none, 1.0, gain), output, np.array([bool(r.slope) for r in self.readings])
 
 
 def _largest(recording: Recording) -> Array:
