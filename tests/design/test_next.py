@@ -17,7 +17,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
 from unmodelled.design.checked import check_answer
 from unmodelled.design.content import sentences
-from unmodelled.design.criterion import GAIN, Value
+from unmodelled.design.criterion import GAIN, Value, distance, weighted
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.answer.summary import SCHEMA
 
@@ -115,6 +115,14 @@ def test_a_chirp_is_proposed_where_no_experiment_promises_more(
     )
     gains = held.design.criterion.gains
     assert gains(further, near) and not gains(near, further) and not gains(farthest, far)
+
+
+def test_a_simulation_that_diverges_tells_nothing(found: NextExperiment) -> None:
+    """Its numbers are finite, and their squares are not."""
+    named = found.design.criterion.rivals[0]
+    y = np.zeros((1, 1 + len(named.values), 10, 1))
+    y[:, 1:, 5:] = np.array([1e200, -1e200, np.inf, np.nan, 1e7])[:, None]
+    assert distance(weighted(named, y), weighted(named, y[:, :, ::-1])) == 0.0
 
 
 def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:

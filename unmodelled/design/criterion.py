@@ -21,6 +21,8 @@ from unmodelled.systems.units import describe, parse_unit
 
 #: What counts as a gain: of the probability that models are told apart, or of the width of an interval.
 GAIN = 0.01
+#: Prediction, in standard deviations of an output, beyond which a simulation has diverged.
+DIVERGED = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +127,10 @@ class Criterion:
 def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
     """Return predictions (designs, values) and their slopes (designs, numbers, values) by the numbers.
 
-    Takes y (designs, sets, samples, outputs).
+    Takes y (designs, sets, samples, outputs), of which values beyond `DIVERGED` say nothing.
     """
-    flat = np.nan_to_num(y.reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
+    flat = y.reshape(*y.shape[:2], -1)
+    flat = np.where(np.abs(flat) < DIVERGED, flat, 0.0)
     return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
 
 
