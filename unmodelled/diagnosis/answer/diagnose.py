@@ -75,7 +75,7 @@ def findings(
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told.
-    place = where(found)
+    place = where(found, limits)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False, laws=tuple(laws), options=options)
     pushed = outside_forces(place.left)
