@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from benchmarks.published import SYSTEMS, main, read_cascaded_tanks, read_emps, read_silverbox, simulate
+from benchmarks.published.__main__ import main
+from benchmarks.published.ours import simulate
+from benchmarks.published.records import SYSTEMS, read_cascaded_tanks, read_emps, read_silverbox
 from pipeline.recordings.emps import FILES
 from tests.machines.folders import motion
 from tests.recordings import published
@@ -42,11 +44,11 @@ def test_a_virtual_set_is_diagnosed_and_its_test_simulated(
 ) -> None:
     tanks(tmp_path)
     main([f"cascaded_tanks={tmp_path}", f"out={tmp_path / 'out'}"])
-    (row,) = read_json(tmp_path / "out" / "cascaded_tanks.json")
-    errors = row["rmse"]["val"]
-    assert row["verdict"] == "no_gap" and not row["laws"]
-    assert errors["known"] > 0.3 and errors["reidentified"] < 0.02
-    assert f"val, RMSE in V: known {errors['known']:.4g}" in capsys.readouterr().out
+    known, reidentified, augmented = read_json(tmp_path / "out" / "cascaded_tanks_ours.json")
+    assert "known: no_gap" in known["model"] and known["unit"] == "V"
+    assert known["rmse"]["val"] > 0.3 and reidentified["rmse"]["val"] < 0.02
+    assert augmented["rmse"] == reidentified["rmse"] and not augmented["laws"]
+    assert f"val {known['rmse']['val']:.4g}" in capsys.readouterr().out
 
 
 def test_no_sample_after_the_first_ones_is_used(tmp_path: Path) -> None:
@@ -78,7 +80,16 @@ def test_the_official_splits(tmp_path: Path) -> None:
     assert (len(moved.training), len(moved.tests["pulses"]), moved.seen) == (5, 300, 20)
 
 
-@pytest.mark.parametrize("words", [["out=here"], ["silverbox=a"], ["silverbox=a", "tanks=b", "out=c"]])
+@pytest.mark.parametrize(
+    "words",
+    [["out=a"], ["silverbox=a"], ["silverbox=a", "tanks=b", "out=c"], ["emps=a", "out=b", "method=lstm"]],
+)
 def test_words_that_cannot_be_used(words: list[str]) -> None:
-    with pytest.raises(BadInput, match="give out=FOLDER and the path of one or more of silverbox"):
+    with pytest.raises(BadInput, match="give out=FOLDER, the path of one or more of silverbox"):
         main(words)
+
+
+def test_a_method_that_needs_periods_takes_no_other_set(tmp_path: Path) -> None:
+    tanks(tmp_path)
+    with pytest.raises(BadInput, match="only silverbox"):
+        main([f"cascaded_tanks={tmp_path}", f"out={tmp_path / 'out'}", "method=nl_lfr"])
