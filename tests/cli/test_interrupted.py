@@ -67,6 +67,16 @@ def test_one_line_and_nothing_is_changed(ready: Ready, number: signal.Signals, f
     assert (out / "campaign.zip").read_text() == "of an earlier run"
 
 
+def test_a_pool_that_is_left_at_once_says_nothing(tmp_path: Path) -> None:
+    """Its semaphores are left behind."""
+    code = "from unmodelled.base.workers import *\nif __name__ == '__main__':\n    with pool_of(1) as pool:\n"
+    (tmp_path / "left.py").write_text(
+        code + "        print(pool.submit(abs, -1).result(), flush=True)\n        os._exit(130)"
+    )
+    found = subprocess.run([sys.executable, "-m", "left"], cwd=tmp_path, capture_output=True, check=False)
+    assert (found.returncode, found.stdout, found.stderr) == (130, b"1\n", b"")
+
+
 def test_the_exit_code_is_130_wherever_it_hits(tmp_path: Path) -> None:
     code = "from unmodelled.base.workers import *\ntry: exec('raise KeyboardInterrupt')\n"
     (tmp_path / "hit.py").write_text(code + "except KeyboardInterrupt: leave(exit_code())")

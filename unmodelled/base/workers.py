@@ -27,6 +27,8 @@ INTERRUPTION = "interrupted: what was not finished is not written; the same comm
 interrupted = threading.Event()
 #: The last one that came.
 _ended_by: int = signal.SIGINT
+#: Warning of Python's tracker of semaphores, which removes those of a process that ended at once.
+_LEFT_BEHIND = "ignore:resource_tracker:UserWarning"
 #: Seconds until an interruption that could not be raised is tried again.
 _LATER = 0.05
 
@@ -51,8 +53,14 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
     process has none of the threads of its parent and may wait for them forever.
     """
     context = get_context(get_start_method(allow_none=True) or "spawn")
-    resource_tracker.ensure_running()  # would undo the mask of the first process
-    with _single_threaded(), _ended(_Processes(workers, context, _watch_parent), waits=True) as pool:
+    with _environment(
+        PYTHONWARNINGS=_warnings()
+    ):  # of the tracker of semaphores, which outlives this process
+        resource_tracker.ensure_running()  # would undo the mask of the first process
+    with (
+        _environment(**dict.fromkeys(THREADS, "1")),
+        _ended(_Processes(workers, context, _watch_parent), waits=True) as pool,
+    ):
         yield pool
 
 
@@ -153,11 +161,17 @@ def _end_with_parent() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
+def _warnings() -> str:
+    """Warnings of the user, but for semaphores that are left behind: an interruption does not wait."""
+    given = os.environ.get("PYTHONWARNINGS", "")
+    return f"{given},{_LEFT_BEHIND}" if given else _LEFT_BEHIND
+
+
 @contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Let processes that are started in the block use one thread for numerics."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+def _environment(**values: str) -> Iterator[None]:
+    """Give environment variables to processes that are started in the block."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
     try:
         yield
     finally:
