@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ SUBSTEPS = 4
 def rows(records: Records) -> Iterator[dict[str, Any]]:
     """Yield the rows of every system file: as given (`known`), `reidentified`, and `augmented` by the laws.
 
-    `cpu` are the seconds of the diagnosis; the laws have their numbers with 95 % intervals.
+    `cpu` are the seconds of the diagnosis; the laws, in the last row, have their numbers with 95 % intervals.
     """
     for file in records.systems:
         system = read_system(SYSTEMS / file)
@@ -45,14 +45,16 @@ def rows(records: Records) -> Iterator[dict[str, Any]]:
                 for test, record in records.tests.items()
             }
             said = f"{file}, {name}: {answer.verdict} ({answer.confidence:.2f})"
-            yield {"model": said, "laws": laws, "cpu": cpu, "rmse": errors}
+            yield {"model": said, "laws": laws if name == "augmented" else [], "cpu": cpu, "rmse": errors}
 
 
 def _law(effect: NamedEffect) -> str:
-    numbers = [
-        f"{name} = {e['value']:.3g} {e['unit']} ({' to '.join(f'{bound:.3g}' for bound in e['interval'])})"
-        for name, e in effect.parameters.items()
-    ]
+    def number(name: str, e: Mapping[str, Any]) -> str:
+        unit = "" if e["unit"] == "1" else f" {e['unit']}"
+        ends = " to ".join(f"{end:.3g}" for end in e["interval"] or ())
+        return f"{name} = {e['value']:.3g}{unit}" + (f" ({ends})" if ends else "")
+
+    numbers = [number(name, e) for name, e in effect.parameters.items()]
     return f"{effect.family} at {effect.port}: {', '.join([effect.law, *numbers])}"
 
 
