@@ -36,7 +36,6 @@ def subnet(records: Records) -> Iterator[dict[str, Any]]:
     The last part of the training record chooses the batch at which learning stops.
     """
     deepSI, torch, nlb = map(_package, ("deepSI", "torch", "nonlinear_benchmarks"))
-
     parts = list(records.training.values())
     period = float(np.median(np.diff(parts[0]["t"])))
 

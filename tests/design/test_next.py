@@ -121,7 +121,7 @@ def test_a_simulation_that_diverges_tells_nothing(found: NextExperiment) -> None
     """Its numbers are finite, and their squares are not."""
     named = found.design.criterion.rivals[0]
     y = np.zeros((1, 1 + len(named.values), 10, 1))
-    y[:, 1:, 5:] = np.array([1e200, -1e200, np.inf, np.nan, 1e7])[:, None]
+    y[:, 1:, 5:] = np.array([1e200, -1e200, np.inf, np.nan, 1e13])[:, None]
     assert distance(weighted(named, y), weighted(named, y[:, :, ::-1])) == 0.0
 
 

@@ -27,7 +27,7 @@ INTERRUPTION = "interrupted: what was not finished is not written; the same comm
 interrupted = threading.Event()
 #: The last one that came.
 _ended_by: int = signal.SIGINT
-#: Warning of Python's tracker of semaphores, which removes those of a process that ended at once.
+#: Says nothing of semaphores that a process has left behind; the tracker removes them all the same.
 _LEFT_BEHIND = "ignore:resource_tracker:UserWarning"
 #: Seconds until an interruption that could not be raised is tried again.
 _LATER = 0.05
@@ -53,9 +53,7 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
     process has none of the threads of its parent and may wait for them forever.
     """
     context = get_context(get_start_method(allow_none=True) or "spawn")
-    with _environment(
-        PYTHONWARNINGS=_warnings()
-    ):  # of the tracker of semaphores, which outlives this process
+    with _environment(PYTHONWARNINGS=_warnings()):
         resource_tracker.ensure_running()  # would undo the mask of the first process
     with (
         _environment(**dict.fromkeys(THREADS, "1")),
@@ -162,7 +160,7 @@ def _end_with_parent() -> None:
 
 
 def _warnings() -> str:
-    """Warnings of the user, but for semaphores that are left behind: an interruption does not wait."""
+    """Warnings of the user, and none of Python's tracker of semaphores, which outlives an interruption."""
     given = os.environ.get("PYTHONWARNINGS", "")
     return f"{given},{_LEFT_BEHIND}" if given else _LEFT_BEHIND
 

@@ -21,8 +21,8 @@ from unmodelled.systems.units import describe, parse_unit
 
 #: What counts as a gain: of the probability that models are told apart, or of the width of an interval.
 GAIN = 0.01
-#: Prediction, in standard deviations of an output, beyond which a simulation has diverged.
-DIVERGED = 1e6
+#: Prediction, in standard deviations of an output's noise, beyond which a simulation has diverged.
+DIVERGED = 1e12
 
 
 @dataclass(frozen=True, eq=False)
