@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import yaml
@@ -142,20 +141,24 @@ def _write(
 
     Jobs side by side may write the same case: each writes its own folders, and the first is kept.
     """
-    told, begun = (path.with_name(f".{path.name}-{os.getpid()}") for path in (apart, folder))
-    write_measured(case, told)
-    if change is not None:
-        change(told)
-    acts_at = parameter_channels(read_system(told / SYSTEM))
-    truth = read_json(told / TRUTH) | {"acts_at": {name: sorted(at) for name, at in acts_at.items()}}
-    write_json(told / TRUTH, truth)
-    begun.mkdir(parents=True)
-    for name in (SYSTEM, LOGS):
-        shutil.move(told / name, begun / name)
-    for made, place in ((told, apart), (begun, folder)):
-        with suppress(OSError):  # it is there already
-            made.rename(place)
-        shutil.rmtree(made, ignore_errors=True)
+    apart.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".", dir=folder.parent) as own:
+        told, begun = Path(own) / "truth", Path(own) / "case"
+        write_measured(case, told)
+        if change is not None:
+            change(told)
+        acts_at = parameter_channels(read_system(told / SYSTEM))
+        truth = read_json(told / TRUTH) | {"acts_at": {name: sorted(at) for name, at in acts_at.items()}}
+        write_json(told / TRUTH, truth)
+        begun.mkdir()
+        for name in (SYSTEM, LOGS):
+            shutil.move(told / name, begun / name)
+        for made, place in ((told, apart), (begun, folder)):
+            try:
+                made.rename(place)
+            except OSError:
+                if not place.exists():
+                    raise
 
 
 def _wrong_number(folder: Path, seed: Sequence[int]) -> None:

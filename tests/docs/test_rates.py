@@ -48,6 +48,11 @@ def rate(rows: Rows, name: str) -> str:
     return share([bool(row[key]) for row in rows if row["kind"] == kind])
 
 
+def test_exact_pairs_are_those_of_the_rows() -> None:
+    rates = [share([bool(row["exact"]) for row in rows if row["kind"] == "pair"]) for rows in (FIVE, FIFTEEN)]
+    assert f"| exactly | {' | '.join(rates)} |" in (DOCS / "withheld" / "README.md").read_text()
+
+
 def in_words(text: str) -> str:
     count, _, per_cent = text.partition(": ")
     return f"{per_cent} of {count.split(' of ')[1]}"
