@@ -230,6 +230,7 @@ CHANGED: dict[str, tuple[Mapping[Key, float], str]] = {
     "gear": ({("winch", "gear"): -20.0}, "winch.gear would be -20 instead of 20"),
     "gain": ({("winch", "gain"): 0.0}, "winch.gain would be 0 instead of 1"),
     "limits": ({("winch", "ctrl_low"): 1.5}, "winch.ctrl_low would be 1.5 N m, not below ctrl_high"),
+    "upper limit": ({("winch", "ctrl_high"): -4.0}, "winch.ctrl_high would be -4 N m, not above ctrl_low"),
     "nothing": ({("pivot", "armature"): np.nan}, "pivot.armature would have no value"),
     "possible": ({("pivot", "armature"): 0.0, ("winch", "gear"): 15.0, ("pivot", "stiffness"): -3.0}, ""),
 }

@@ -37,7 +37,8 @@ def write_fmu(system: SystemGiven, path: Path | str) -> System:
 
     Raises:
         BadInput: when the extra `fmu` is not installed, the path does not end in `.fmu`, two variables of the
-            FMU have the same name, the system of the answer is not offered, a number is impossible, the FMU
+            FMU have the same name, the system of the answer is not offered, a number is impossible, such as a
+            mass of zero or one with which a rate or an output has no value at the start, the FMU
             does not run as the system does, or the file cannot be written.
 
     Examples:

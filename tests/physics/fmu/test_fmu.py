@@ -1,5 +1,6 @@
 """Systems as FMUs: run by FMPy, they are the free runs of this package, with delays and initial states."""
 
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +14,7 @@ import pytest
 import sympy as sp
 from fmpy.validation import validate_fmu
 
-from tests.machines.folders import system_of
+from tests.machines.folders import system_of, text_of
 from tests.machines.known import SYSTEMS, Array, built_in
 from tests.physics.robot.mechanisms import CART
 from tests.physics.robot.mechanisms import system_of as robot_of
@@ -141,6 +142,56 @@ def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> No
     with pytest.raises(BadInput, match=r"cart\.mass would be -1 kg, which is never negative"):
         write_fmu(system.with_values({"cart_mass": -1.0}), tmp_path / "wrong.fmu")
     assert not (tmp_path / "wrong.fmu").exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        (
+            "motor.yaml",
+            "{value: 2.0e-3,",
+            "{value: 0,",
+            "the rate of i has no value at the start with L = 0 H",
+        ),
+        (
+            "two_masses.yaml",
+            "{value: 0.03",
+            "{value: -0.03",
+            "J2 = -0.03 kg m^2, and what stores is positive",
+        ),
+        ("two_masses.yaml", "T2)/J2", "T2)/(J2 + J1)", ""),
+        (
+            "rooted_tank.yaml",
+            "{unit: m}}\ni",
+            "{unit: m}}\ni",
+            "the rate of h has no value at the start with G",
+        ),
+        ("rooted_tank.yaml", "{unit: m}}\ni", "{unit: m, initial: 0.6}}\ni", ""),
+        (
+            "swing.yaml",
+            "expression: rate",
+            "expression: rate*sin(phi)/phi",
+            "the output tacho has no value at the",
+        ),
+        (
+            "swing.yaml",
+            "expression: rate",
+            "expression: rate*d*rate/torque",
+            "",
+        ),  # of a torque, it has a value
+        ("swing.yaml", "{unit: rad}, rate", "{unit: rad, initial: asin(torque/mgl)}, rate", ""),
+    ],
+)
+def test_an_fmu_that_cannot_start_is_not_written(
+    file: str, old: str, new: str, words: str, tmp_path: Path
+) -> None:
+    system = system_of(text_of(file, (old, new)), tmp_path)
+    if words:
+        with pytest.raises(BadInput, match=re.escape(f"machine.fmu was not written: {words}")):
+            write_fmu(system, tmp_path / "machine.fmu")
+    else:
+        write_fmu(system, tmp_path / "machine.fmu")
+    assert (tmp_path / "machine.fmu").exists() != bool(words)
 
 
 def test_an_fmu_that_says_something_else_or_runs_otherwise_is_not_written(tmp_path: Path) -> None:

@@ -159,7 +159,11 @@ def _switched_off(found: DiagnosedEffect, diagnosis: Diagnosis, along: _Along) -
     ]
     now = ", ".join(f"{n} = {e.value:.3g}" for n, e in found.estimates.items())
     for said, values in [(now, {}), *ends]:
-        gain = _gain(*along(raw, raw + _contribution(found), values=values))
+        logged, acting = along(raw, raw + _contribution(found), values=values)
+        if not np.isfinite(acting[np.isfinite(logged)]).all():
+            yield f"with {said}, {place.name} would have no value in a part of the logs"
+            return
+        gain = _gain(logged, acting)
         if gain <= LEAST_GAIN * (1.0 + ROUNDING):
             yield (
                 f"with {said}, {added.family} at {place.channel} leaves {max(100.0 * gain, 0.0):.2g} % of "

@@ -11,6 +11,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
+from unmodelled.diagnosis.gates.start import impossible_start
 from unmodelled.engine.fmu.stepper import Stepper, defaults
 from unmodelled.systems.model import System
 
@@ -21,10 +22,11 @@ STEPS, STEP, CLOSE = 10, 1e-3, 1e-9
 def reason_against_fmu(system: System, file: Path) -> str:
     """Return why an FMU may not leave; empty if it may.
 
-    Its model description has the inputs, outputs and parameters of the system with their values. Where FMPy
-    is installed, a short run without inputs gives the outputs of the system.
+    The system can start. Its model description has the inputs, outputs and parameters of the system with
+    their values. Where FMPy is installed, a short run without inputs gives the outputs of the system.
     """
-    return impossible_parameters(system) or _described(system, file) or _run(system, file)
+    impossible = impossible_parameters(system) or impossible_start(system)
+    return impossible or _described(system, file) or _run(system, file)
 
 
 def _described(system: System, file: Path) -> str:
@@ -46,7 +48,7 @@ def _described(system: System, file: Path) -> str:
 
 def _run(system: System, file: Path) -> str:
     wanted = _stepped(system)
-    # a system that cannot start without numbers of the user's is not run
+    # a system that starts with inputs or constants of the user only is not run
     if find_spec("fmpy") is None or not np.isfinite(wanted).all():
         return ""
     import fmpy

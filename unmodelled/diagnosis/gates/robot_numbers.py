@@ -62,6 +62,8 @@ def _faults(
             yield f"{said} instead of {given[key]:.3g}, which switches the drive off or turns it over"
         elif name.endswith("_low") and value >= wanted[element, high := name.replace("_low", "_high")]:
             yield f"{said}, not below {high}"
+        elif name.endswith("_high") and value <= wanted[element, low := name.replace("_high", "_low")]:
+            yield f"{said}, not above {low}"
     for element in dict.fromkeys(e for e, name in changed if name in OF_BODIES):
         yield from _inertia(element, wanted)
 
