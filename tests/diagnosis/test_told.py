@@ -13,6 +13,7 @@ from tests.diagnosis.studies import effect
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.api.learned_laws import _errors as learned_errors
 from unmodelled.api.simulation import _errors as simulated_errors
+from unmodelled.base.sure_numbers import as_said, main_number
 from unmodelled.base.wording import part_of
 from unmodelled.diagnosis.answer.column_units import (
     axis_unit,
@@ -32,7 +33,7 @@ from unmodelled.effects.scales import Scales, Spread
 from unmodelled.logs.logs import Logs
 from unmodelled.report.answers import _main_amount
 from unmodelled.report.diagnosis_tables import parameter_tables, units_table
-from unmodelled.report.headline import as_said, main_number, outcome
+from unmodelled.report.headline import outcome
 from unmodelled.systems.model import System
 
 #: A turntable on a gear: current in mA, angle in degrees, speed in rpm.

@@ -20,6 +20,7 @@ from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
+from unmodelled.base.sure_numbers import as_said
 from unmodelled.base.wording import effect_name, effect_names
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.findings import SUMMARY, TABLES, Findings, with_parts
@@ -31,7 +32,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
-from unmodelled.report.headline import as_said, headline
+from unmodelled.report.headline import headline
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

@@ -14,9 +14,10 @@ import numpy as np
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
+from unmodelled.base.sure_numbers import as_said, doubt, main_number, remark
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
-from unmodelled.report.headline import as_said, fallen, headline, main_number, outcome, percent
+from unmodelled.report.headline import fallen, headline, outcome, percent
 from unmodelled.report.numbers import amounts, number, quantity, unit_text
 
 Entry = Mapping[str, Any]
@@ -153,6 +154,8 @@ def _listed(content: Entry, folder: Path, name: str) -> ListedAnswer:
 
 
 def _main_amount(effect: Entry) -> str:
+    if unsure := doubt(effect):
+        return unsure
     if effect.get("text"):
         return str(effect["text"])
     entry = main_number(effect) or next(map(as_said, effect["parameters"].values()), None)
@@ -163,7 +166,8 @@ def _amount(entry: Entry, value: str = "value") -> str:
     """A number with its unit and interval, such as 6.2 N (5.8 to 6.6)."""
     text, interval = quantity(entry[value], _interval(entry))
     many = f"; one for each of {len(entry['values'])} experiments" if "values" in entry else ""
-    about = f"{interval}{many}".removeprefix("; ")
+    unsure = f"; {doubts}" if (doubts := remark(entry)) else ""
+    about = f"{interval}{many}{unsure}".removeprefix("; ")
     return f"{text} {unit_text(entry.get('unit'))}".strip() + (f" ({about})" if about else "")
 
 

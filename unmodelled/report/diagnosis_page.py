@@ -10,6 +10,7 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.base.sure_numbers import as_said, doubt
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
     GAPS,
@@ -26,7 +27,7 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import as_said, headline, outcome, percent, remains
+from unmodelled.report.headline import headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, short, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file
@@ -158,7 +159,7 @@ def _summary(content: Mapping[str, Any]) -> str:
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."
-    if content.get("chance") is not None:
+    if content.get("chance") is not None and content["verdict"] != "no_gap":
         held += (
             " If nothing were missing, the best of all laws would lower the error as much with a probability "
             f"of {short(content['chance'])}."
@@ -194,6 +195,8 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
         "name": effect_name(effect),
         "equation": _equation(effect["law"], str(effect.get("parameter") or left.get(kind, name))),
         "table": table,
+        "unsure": doubt(effect),
+        "only_with": [effect_name(other) for other in effect.get("only_with", ())],
         "alike": [effect_name(other) for other in effect["indistinguishable"]],
     }
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from unmodelled.base.sure_numbers import as_said, remark
 from unmodelled.base.wording import effect_name, effect_names
-from unmodelled.report.headline import as_said
 from unmodelled.report.numbers import number, quantity, short
 from unmodelled.report.tables import Cell, Table, error_cell, number_cell, unit_cell
 
@@ -35,7 +35,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
             entry = as_said(given)
             value, interval = quantity(entry["value"], _interval(entry["interval"]))
             note = f"one value for each of {len(entry['values'])} experiments" if "values" in entry else ""
-            note = "; ".join(filter(None, (entry.get("words"), note)))
+            note = "; ".join(filter(None, (entry.get("words"), note, remark(given))))
             symbol = entry.get("symbol", name).replace("*", "·")
             named, range_ = Cell(symbol, name, note=note), Cell(interval or "–", interval)
             rows.append((named, _value(value, entry["value"]), range_, unit_cell(entry["unit"])))
@@ -134,7 +134,11 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
     rows = []
     for name, entry in content["parameters"].items():
         value, interval = quantity(entry["identified"], _interval(entry["interval"]))
-        cells = Cell(name, name), number_cell(entry["known"]), _value(value, entry["identified"])
+        cells = (
+            Cell(name, name, note=remark(entry)),
+            number_cell(entry["known"]),
+            _value(value, entry["identified"]),
+        )
         rows.append((*cells, Cell(interval or "–", interval), unit_cell(units.get(name, ""))))
     columns = "Parameter", "In the file", "Identified", "95 % interval", "Unit"
     return Table("parameters", "Uncertain parameters", columns, _numeric("01100"), tuple(rows))

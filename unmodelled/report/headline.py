@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from unmodelled.base.sure_numbers import as_said, doubt, main_number
 from unmodelled.base.wording import PLACES, effect_name, place_name
 from unmodelled.report.numbers import amounts, number
 
@@ -14,7 +15,7 @@ MANY = 3
 
 def headline(content: Mapping[str, Any]) -> str:
     """Return the verdict of diagnosis.json as one sentence."""
-    names = _each(content["effects"], effect_name)
+    names = _each(content["effects"], _name_of)
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
         return "Check the logs first."
@@ -86,18 +87,27 @@ def _each(effects: Sequence[Mapping[str, Any]], told: Callable[[Mapping[str, Any
             texts += map(told, alike)
             continue
         numbers = [entry for entry in map(main_number, alike) if entry is not None]
-        # the first number of one of them may be doubtful, and the next one something else
+        # the first number of one of them may be zero, and the next one something else
         same = [entry["value"] for entry in numbers if entry["unit"] == numbers[0]["unit"]]
         ends = [pick(same) for pick in (min, max)] if same else []
         which = "" if len(same) == len(alike) else f" at {len(same)} of them"
         span = f" ({' to '.join(amounts(ends, numbers[0]['unit'], 3))}{which})" if numbers else ""
-        texts.append(f"{effect_name(alike[0]).split(' at ')[0]} at {len(alike)} places{span}")
+        unsure = "" if span or not all(map(doubt, alike)) else " (size uncertain)"
+        texts.append(f"{effect_name(alike[0]).split(' at ')[0]} at {len(alike)} places{span}{unsure}")
     return texts
+
+
+def _name_of(effect: Mapping[str, Any]) -> str:
+    """An effect, with what is doubtful about its size."""
+    unsure = doubt(effect)
+    return f"{effect_name(effect)} ({unsure})" if unsure else effect_name(effect)
 
 
 def _amount_of(effect: Mapping[str, Any]) -> str:
     """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
     name = effect_name(effect)
+    if doubt(effect):
+        return _name_of(effect)
     if effect.get("text"):
         between = ", at " if set(effect["text"]) & {",", ";"} else " at "
         place = name.partition(" at ")[2]
@@ -106,21 +116,6 @@ def _amount_of(effect: Mapping[str, Any]) -> str:
         name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
     entry = main_number(effect)
     return f"{amounts([entry['value']], entry['unit'], 3)[0]} of {name}" if entry else name
-
-
-def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Return the first number of an effect that has a unit and differs from zero; None if there is none."""
-    for entry in map(as_said, effect["parameters"].values()):
-        value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
-        known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
-        if known and unit not in ("", "1", "-") and entry.get("determined", True):
-            return entry
-    return None
-
-
-def as_said(entry: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a number of diagnosis.json, or its errors of an output, in the units of the logs."""
-    return {**entry, **entry.get("shown", {})}
 
 
 def percent(value: float | None) -> str:

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
+from unmodelled.base.sure_numbers import as_said
 from unmodelled.report.diagnosis_page import PAGE, with_scales
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import as_said, percent
+from unmodelled.report.headline import percent
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import amounts, number, short
 from unmodelled.report.rendering import one_file

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import shrink
+from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.result import (
     Compared,
     DiagnosedEffect,
@@ -64,11 +66,12 @@ def assembled(
     named, floor = int(decision.candidates.steps[decision.named]), augmented.gap.floor
     explained = shrink(reidentified.gap.value, augmented.gap.value, floor)
     sure = confidence(decision.verdict, named, explained)
+    doubts = remarks(decision.prediction, decision.alike)
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, decision.verdict),
         confidence=sure,
         chance=search.chance,
-        effects=_effects(decision, order, steps, sure, seed),
+        effects=_effects(decision, order, steps, sure, seed, doubts),
         remainder=decision.remainder,
         known=given,
         reidentified=reidentified,
@@ -80,12 +83,12 @@ def assembled(
         interval=_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
         parameters={
-            p.name: _estimate(decision, p.name, p.unit, p.value)
+            p.name: _estimate(decision, p.name, p.unit, p.value, doubts)
             for p in study.system.parameters
             if p.name in study.system.uncertain
         },
         comparison=_compared(decision),
-        notes=(*_notes(study, decision), *_about(given), *_about(augmented)),
+        notes=(*_notes(study, decision, doubts), *_about(given), *_about(augmented)),
         faults=faults,
         correlations=_correlations(decision.prediction),
     )
@@ -128,32 +131,47 @@ def _interval(steps: Sequence[JudgedModel], before: int, after: int, seed: int) 
 
 
 def _effects(
-    decision: Decision, order: Sequence[Added], steps: Sequence[JudgedModel], sure: float, seed: int
+    decision: Decision,
+    order: Sequence[Added],
+    steps: Sequence[JudgedModel],
+    sure: float,
+    seed: int,
+    doubts: Sequence[Remark],
 ) -> tuple[DiagnosedEffect, ...]:
-    """Effects in `order` with their shares of the gap; `steps`: without effects, then one more each."""
+    """Effects with their shares of the gap, the largest first; `steps`: without effects, then in `order`.
+
+    The first effects in `order` can least be done without, and still may lower the error hardly by
+    themselves: these are told with the later ones with which they do.
+    """
     own = values_per_experiment(decision.prediction.fitted)
+    material = decision.candidates.thresholds.material_shrink
     squares = np.array([step.gap.value**2 for step in steps])
+    shares = [float(_share(squares, steps[-1].gap.floor, k, k + 1)) for k in range(len(order))]
     found = []
     for k, effect in enumerate(order):
         estimates = {
-            n: _estimate(decision, n, effect.units[n], np.nan) for n in effect.reported if n not in own
+            n: _estimate(decision, n, effect.units[n], np.nan, doubts)
+            for n in effect.reported
+            if n not in own
         }
-        share = float(_share(squares, steps[-1].gap.floor, k, k + 1))
+        joint = [order[j] for j in range(k + 1, len(order)) if shares[k] < min(material, shares[j])]
         others = decision.indistinguishable[decision.prediction.fitted.hypothesis.effects.index(effect)]
         mine = {n: own[n] for n in effect.per_experiment}
         chance = _interval(steps, k, k + 1, seed)
-        found.append(DiagnosedEffect(effect, estimates, mine, sure, share, chance, others))
-    return tuple(found)
+        known = DiagnosedEffect(effect, estimates, mine, sure, shares[k], chance, others)
+        found.append(replace(known, only_with=tuple(joint), step=k))
+    return tuple(sorted(found, key=lambda effect: -effect.shrink))
 
 
-def _estimate(decision: Decision, name: str, unit: str, known: float) -> Estimate:
+def _estimate(decision: Decision, name: str, unit: str, known: float, doubts: Sequence[Remark]) -> Estimate:
     """A fitted number with its interval, or one of the system file."""
     fitted = decision.prediction.fitted
     if name in fitted.fit.values:
         level = fitted.hypothesis.study.thresholds.level
         ends = interval(decision.prediction, name, level, decision.alike)
-        doubts = is_determined(fitted, name), fitted.at_bound(name)
-        return Estimate(unit, known, fitted.fit.values[name], ends, *doubts)
+        flags = is_determined(fitted, name), fitted.at_bound(name)
+        kinds = tuple(dict.fromkeys(doubt.kind for doubt in doubts if name in doubt.numbers))
+        return Estimate(unit, known, fitted.fit.values[name], ends, *flags, kinds)
     full = fitted.hypothesis.full
     value = dict(zip((p.name for p in full.parameters), full.values, strict=True))[name]
     return Estimate(unit, known, value, (value, value))
@@ -180,7 +198,7 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
     return tuple(f"{model.label}: {note}" for note in model.gap.notes)
 
 
-def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
+def _notes(study: Study, decision: Decision, doubts: Sequence[Remark]) -> tuple[str, ...]:
     """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
     notes, chosen = list(study.logs.notes), decision.prediction.fitted
     held = [item.name for item in chosen.hypothesis.system.inputs if item.hold]
@@ -201,8 +219,9 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
         )
     known = {p.name: p for p in study.system.parameters}
     for name, error in ((e.place.name, *e.amplitudes) for e in chosen.hypothesis.effects if e.is_other_value):
-        notes.append(usual_mistake(known[name], known[name].value + chosen.fit.values[error]))
-    notes += [remark.sentence for remark in remarks(decision.prediction, decision.alike)]
+        if not any(error in doubt.numbers for doubt in doubts):
+            notes.append(usual_mistake(known[name], known[name].value + chosen.fit.values[error]))
+    notes += [doubt.sentence for doubt in doubts]
     return tuple(filter(None, notes))
 
 

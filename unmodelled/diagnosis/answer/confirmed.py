@@ -13,6 +13,8 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import Thresholds
+from unmodelled.diagnosis.decide.decision import equals
+from unmodelled.diagnosis.decide.undetermined import doubtful
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.candidates import Candidates
@@ -39,7 +41,9 @@ class Confirmed:
     search: EffectSearch
     chosen: FittedHypothesis  # hypothesis to name; without effects if none is confirmed
     reidentified: JudgedModel  # the physics without effects, judged on the held-out experiments
-    notes: tuple[str, ...]  # on ports that were added and on effects that were refused, a sentence each
+    best: FittedHypothesis  # the simplest that none beats; `chosen` is its equal with less doubtful numbers
+    refused: tuple[Added, ...]  # effects that the held-out experiments refused
+    notes: tuple[str, ...]  # on ports that were added and on effects that are too small, a sentence each
 
 
 def confirmed(study: Study, workers: int, progress: Callable[[str], None]) -> Confirmed:
@@ -110,8 +114,27 @@ def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
         else:
             every = len(gone) == len(chosen.hypothesis.effects)
             chosen = search.base if every else search.without(chosen, *gone)
+    best, chosen = chosen, _less_doubtful(search, chosen, before.gap)
     further = _too_small(search, chosen, refused)
-    return Confirmed(search, chosen, before, (*notes, *_refusals(refused), *further))
+    return Confirmed(search, chosen, before, best, tuple(refused), (*notes, *further))
+
+
+def _less_doubtful(search: EffectSearch, best: FittedHypothesis, before: Gap) -> FittedHypothesis:
+    """Of the hypotheses that the logs cannot tell apart, the one with the fewest effects of doubtful numbers.
+
+    The held-out experiments must confirm it, too.
+    """
+    if not best.hypothesis.effects:
+        return best
+    candidates = search.candidates
+    number = candidates.fits.index(best)
+    doubts = {number: doubtful(candidates, number)}
+    for k, equal in equals(candidates, number).items():
+        if best.hypothesis.effects[k].key in doubts[number]:
+            doubts |= {other: doubtful(candidates, other) for other in equal}
+    order = sorted(doubts, key=lambda k: len(doubts[k]))  # of as many doubts, the best first
+    better = (candidates.fits[k] for k in order[: order.index(number)])
+    return next((fitted for fitted in better if not _refused(search, fitted, before)), best)
 
 
 def _best(search: EffectSearch) -> FittedHypothesis:
@@ -129,13 +152,13 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     without any.
     """
     effects, thresholds = named.hypothesis.removable, search.study.thresholds
-    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.material_rest) ** 2
+    gap = judged_model("", named).gap
     without = [(judged_model("", search.without(named, effect)).gap, effect) for effect in effects]
     idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
     if len(effects) > 1 and idle:
         return [min(idle, key=lambda one: one[0])[1]]
     useful = gap.value <= thresholds.useful_error * gap.persistence
-    lower = useful and shrink(before.value, gap.value, before.floor) >= material
+    lower = useful and shrink(before.value, gap.value, before.floor) >= thresholds.material_shrink
     return () if lower else named.hypothesis.effects
 
 
@@ -168,8 +191,10 @@ def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence
         )
 
 
-def _refusals(refused: Iterable[Added]) -> list[str]:
-    each = dict.fromkeys(f"{e.family} at {e.place.channel}" for e in refused)
+def refusals(refused: Iterable[Added], said: Iterable[Added]) -> list[str]:
+    """Return sentences on refused effects; one that the answer names, or lists as equal, is not refused."""
+    keys = {effect.key for effect in said}
+    each = dict.fromkeys(named(effect) for effect in refused if effect.key not in keys)
     return [
         f"{name} predicts the fitted experiments better, but not the held-out ones, or hardly better than "
         "no model: it is not named"

@@ -17,7 +17,7 @@ from unmodelled.base.extras import missing
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.assembled import assembled, misread, steps_to
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
-from unmodelled.diagnosis.answer.confirmed import confirmed
+from unmodelled.diagnosis.answer.confirmed import confirmed, refusals
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
@@ -74,12 +74,15 @@ def findings(
     found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults, limits, laws))
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
-    #    without any law. Pushes from outside are told.
+    #    without any law. Pushes from outside are told; beside a model that is right, they are a remark.
     place = where(found, limits)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False, laws=tuple(laws), options=options)
-    pushed = outside_forces(place.left)
-    found = found if pushed is None else replace(found, faults=(*found.faults, pushed))
+    alarm = found.verdict != "no_gap"
+    pushed = outside_forces(place.left, alarm)
+    if pushed is not None and alarm:
+        found = replace(found, faults=(*found.faults, pushed))
+    remark = [pushed.sentence] if pushed is not None and not alarm else []
 
     # 8. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
     #    runs worse than the file it came from.
@@ -89,7 +92,7 @@ def findings(
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
     answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws), options)
-    return answer.with_notes(*notes, *more, *shorter_windows(found))
+    return answer.with_notes(*notes, *more, *shorter_windows(found), *remark)
 
 
 def diagnose_gap(
@@ -130,9 +133,11 @@ def diagnose_gap(
 
     # 6. The verdict, what cannot be told from what is named, and how often such answers are right.
     candidates = search.candidates
-    decision = decide(candidates, candidates.fits.index(chosen), flexible, models[-2].gap)
+    number, best = (candidates.fits.index(fitted) for fitted in (chosen, named.best))
+    decision = decide(candidates, number, flexible, models[-2].gap, best)
     found = assembled(search, decision, models, [effect for effect, _ in steps], faults, seed)
-    return replace(found, notes=(*found.notes, *named.notes))
+    said = [effect for each in found.effects for effect in (each.added, *each.indistinguishable)]
+    return replace(found, notes=(*found.notes, *named.notes, *refusals(named.refused, said)))
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:

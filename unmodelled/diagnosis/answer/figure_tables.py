@@ -119,13 +119,14 @@ def _worst(diagnosis: Diagnosis) -> str:
 
 
 def _steps(diagnosis: Diagnosis) -> pd.DataFrame:
-    after = diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]
+    effects = sorted(diagnosis.effects, key=lambda found: found.step)
+    after = diagnosis.steps[len(diagnosis.steps) - len(effects) :]
     rows = [
         ("known", "as given", diagnosis.known.gap.value),
         ("reidentified", "re-identified", diagnosis.reidentified.gap.value),
         *(
             ("effect", readable(found.added), model.gap.value)
-            for found, model in zip(diagnosis.effects, after, strict=True)
+            for found, model in zip(effects, after, strict=True)
         ),
         ("neural", "network in every port", diagnosis.neural.gap.value),
         ("floor", "noise of the sensors", diagnosis.floor),

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from unmodelled.base.sure_numbers import doubt, remark
 from unmodelled.base.wording import level_name
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.data.gap import Off
+from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.effects.added import Added
 
 Entry = Mapping[str, Any]
@@ -40,7 +42,7 @@ def sentences(content: Entry) -> list[str]:
     told = [*_verdict(content), *_parameters(content["parameters"]), *_gap(content), *notes]
     robot, refused = content.get("robot"), content.get("refused", ())
     told += [] if robot is None else robot_sentences(robot)
-    told += [f"{each['file']} is not offered: {each['reason']}; keep {each['keep']}" for each in refused]
+    told += [str(Refusal(each["file"], each["reason"], each["keep"])) for each in refused]
     kept = any(each["file"] == FILE for each in refused)
     return [*told, f"next: {KEEP if kept else _next_step(content)}"]
 
@@ -62,22 +64,28 @@ def _verdict(content: Entry) -> Iterator[str]:
     yield f"verdict: {VERDICTS[content['verdict']]} (confidence {content['confidence']:.2f})"
     yield from faults if checked else ()
     for effect in content["effects"]:
-        share = 100.0 * effect["shrink"]
-        digits = 1 if 0.05 <= share < 0.95 else 0  # a small effect beside a large one
-        explains = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
+        size = f", {unsure}" if (unsure := doubt(effect)) else ""
         sure = f"confidence {effect['confidence']:.2f}"
-        yield f"- {_label(effect)}: {effect['law']} ({explains}, {sure})"
+        yield f"- {_label(effect)}{size}: {effect['law']} ({_explains(effect)}, {sure})"
         if text := effect.get("text"):
             yield f"    {text}"
         yield from (f"    {line}" for line in numbers_of(effect))
         if effect["indistinguishable"]:
             others = ", ".join(map(_label, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
-    if content.get("chance") is not None:
+    if content.get("chance") is not None and content["verdict"] != "no_gap":
         said = "probability that the best of all laws lowers the error as much if nothing is missing"
         yield f"chance: {content['chance']:.2g}, the {said}"
     if content["remainder"] is not None:
         yield _remainder(content["remainder"], content["gap"])
+
+
+def _explains(effect: Entry) -> str:
+    share = 100.0 * effect["shrink"]
+    digits = 1 if 0.05 <= share < 0.95 else 0  # a small effect beside a large one
+    text = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
+    others = " and ".join(map(_label, effect.get("only_with", ())))
+    return f"{text} by itself, and pays only together with {others}" if others else text
 
 
 def _remainder(left: Entry, gap: Entry) -> str:
@@ -98,18 +106,26 @@ def _percent(share: float) -> str:
 def named(added: Added) -> str:
     """Return family, place and level of an effect, such as "coulomb_friction at joint where group is old"."""
     place = added.place
-    return _in_words(added.family, added.variant, place.channel, place.factor, place.level)
+    return _in_words(added.family, added.variant, place.channel, place.factor, place.level, place.signal)
 
 
 def _label(effect: Entry) -> str:
     channel = f"parameter:{effect['parameter']}" if "parameter" in effect else effect["port"]
-    where = effect.get("factor"), effect.get("level")
+    where = effect.get("factor"), effect.get("level"), effect.get("signal")
     return _in_words(effect["family"], effect.get("variant", ""), channel, *where)
 
 
-def _in_words(family: str, variant: str, channel: str, factor: str | None, level: float | str | None) -> str:
+def _in_words(
+    family: str,
+    variant: str,
+    channel: str,
+    factor: str | None,
+    level: float | str | None,
+    signal: str | None,
+) -> str:
     kind = f"{family} ({variant})" if variant else family
-    return f"{kind} at {channel}" + ("" if factor is None else f" where {level_name(factor, level)}")
+    where = "" if factor is None else f" where {level_name(factor, level)}"
+    return f"{kind} at {channel}" + ("" if signal is None else f" on {signal}") + where
 
 
 def numbers_of(effect: Entry) -> Iterator[str]:
@@ -121,7 +137,7 @@ def numbers_of(effect: Entry) -> Iterator[str]:
             yield f"{number['symbol']} = {spread}{_unit(number['unit'])}, fitted per experiment"
             continue
         whole = f" of {number['whole']:.4g}" if "whole" in number else ""
-        words = f", {number['words']}" if number["words"] else ""
+        words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
         told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
         yield f"{told} ({_interval(number['interval'])}){words}"
 
@@ -129,7 +145,8 @@ def numbers_of(effect: Entry) -> Iterator[str]:
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
     for name, e in each.items():
         found = f"{_number(e['identified'])}{_unit(e['unit'])} ({_interval(e['interval'])})"
-        yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file"
+        unsure = f", {doubts}" if (doubts := remark(e)) else ""
+        yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file{unsure}"
 
 
 def _gap(content: Entry) -> Iterator[str]:

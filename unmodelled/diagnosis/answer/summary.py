@@ -34,7 +34,9 @@ def summary(
     """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
     Beside the entries of the contract it has: `text` of an effect, and `shown` of its numbers and of the
-    errors of an output, as a person says them in the units of the logs, where that differs; `variant` of
+    errors of an output, as a person says them in the units of the logs, where that differs; `remarks` of a
+    number that is doubtful, their kinds (`Remark`); `only_with`, the effects without which an effect hardly
+    lowers the error; `variant` of
     an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
     `interval` are their mean and 95 % range; `chance`, see `Diagnosis`; `refused`, the files that are not
@@ -91,6 +93,7 @@ def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
         "shrink": found.shrink,
         "interval": found.interval,
         "indistinguishable": [_named(added, ports) for added in found.indistinguishable],
+        **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
     }
 
 
@@ -106,10 +109,10 @@ def _shown(added: Added, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _phrase(found: DiagnosedEffect) -> str:
-    """An effect in a few words with its numbers; "" where its law has none, or a number is open."""
+    """An effect in a few words with its numbers; "" where its law has none, or a number is doubtful."""
     text, numbers = found.added.phrase, found.estimates
     named = {name for name in numbers if f"{{{name}}}" in text}
-    if not text or text.count("{") != len(named) or not all(numbers[name].determined for name in named):
+    if not text or text.count("{") != len(named) or not all(numbers[name].sure for name in named):
         return ""
     return text.format_map({name: _amount(said(found.added, name, (numbers[name].value,))) for name in named})
 
@@ -156,7 +159,7 @@ def _fault(fault: LogFault) -> list[dict[str, Any]]:
 
 def _about(estimate: Estimate) -> dict[str, Any]:
     """Unit and uncertainty of a number."""
-    names = ("unit", "interval", "determined", "at_bound")
+    names = ("unit", "interval", "determined", "at_bound", *(["remarks"] if estimate.remarks else []))
     return {name: getattr(estimate, name) for name in names}
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.data.remark import Kind
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 from unmodelled.logs.logs import Logs
@@ -37,6 +38,12 @@ class Estimate:
     interval: Interval  # 95 %, cut at the bounds
     determined: bool = True  # whether the logs determine the number
     at_bound: bool = False  # whether it ended at one of its bounds
+    remarks: tuple[Kind, ...] = ()  # kinds of the remarks on it
+
+    @property
+    def sure(self) -> bool:
+        """Return whether a title may tell the number: no remark is on it."""
+        return self.determined and not self.at_bound and not self.remarks
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +57,9 @@ class DiagnosedEffect:
     shrink: float  # share of the squared gap above the noise floor that it explains, 0 to 1
     interval: Interval  # 95 % interval of `shrink` over the held-out experiments
     indistinguishable: tuple[Added, ...]  # the best first
+    #: Effects without which it lowers the error by less than a material share.
+    only_with: tuple[Added, ...] = ()
+    step: int = 0  # number of its model among those with effects in `Diagnosis.steps`
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +96,7 @@ class Diagnosis:
     confidence: float  # calibrated probability, 0 to 1, that verdict and effects are right
     #: Probability that the best of all laws lowers the error as much if nothing is missing.
     chance: float | None  # None where nothing was searched
-    effects: tuple[DiagnosedEffect, ...]  # the strongest first
+    effects: tuple[DiagnosedEffect, ...]  # those with the largest shares first
     remainder: Remainder | None  # None if a flexible model predicts no more and the rest is small
     known: JudgedModel  # the system as given
     reidentified: JudgedModel  # the known physics with its uncertain parameters fitted

@@ -217,6 +217,11 @@ class Thresholds:
     #: Half: factors of 5 of 202 answers; twice: of 4.
     factor_significance: float = 0.02
 
+    @property
+    def material_shrink(self) -> float:
+        """Return the share of the squared gap that an effect alone must explain."""
+        return 1.0 - (1.0 - self.material_rest) ** 2
+
 
 #: The thresholds of every diagnosis unless others are given.
 DEFAULT_THRESHOLDS = Thresholds()

@@ -41,14 +41,17 @@ class Decision:
         return tuple(self.candidates.predictions[k] for k in self.candidates.as_good(self.named))
 
 
-def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Decision:
-    """Decide on the verdict."""
+def decide(
+    candidates: Candidates, named: int, flexible: Candidates, held_out: Gap, best: int | None = None
+) -> Decision:
+    """Decide on the verdict; `best`: candidate whose equal is named, default the named one itself."""
     remainder = _remainder(candidates, named, flexible, held_out)
     verdicts: tuple[Verdict, Verdict] = ("effect", "main_effect")
     if not candidates.fits[named].hypothesis.effects:
         verdicts = ("no_gap", "unknown")
     verdict = verdicts[remainder is not None]
-    return Decision(verdict, candidates, named, indistinguishable(candidates, named), remainder)
+    others = indistinguishable(candidates, named if best is None else best, named)
+    return Decision(verdict, candidates, named, others, remainder)
 
 
 def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
@@ -92,19 +95,37 @@ def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_ou
     )
 
 
-def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[Added, ...]]:
+def equals(candidates: Candidates, named: int) -> Mapping[int, Mapping[int, Added]]:
     """Return the effects that these data cannot tell from the effects of the named candidate.
 
-    Two candidates are compared that differ in one effect only. A formula is no rival of a law of the library:
-    it was chosen among many to be like it.
+    By number of the effect and, the best first, by number of the candidate that has the other one. Two
+    candidates are compared that differ in one effect only. A formula is no rival of a law of the library: it
+    was chosen among many to be like it.
     """
     own = candidates.fits[named].hypothesis.effects
-    found: dict[int, dict[tuple[str, str], Added]] = {k: {} for k in range(len(own))}
+    found: dict[int, dict[int, Added]] = {k: {} for k in range(len(own))}
     for other in np.argsort(candidates.remaining).tolist():
         swapped = exchanged(own, candidates.fits[other].hypothesis.effects)
         if swapped is not None and candidates.alike(named, other):
             k, effect = swapped
-            rival = effect.site != own[k].site and effect.family != DISCOVERED
+            known = {own[k].site, *(e.site for e in found[k].values())}
+            rival = effect.site not in known and effect.family != DISCOVERED
             if rival and len(found[k]) < candidates.thresholds.most_equal:
-                found[k].setdefault(effect.site, effect)
-    return {k: tuple(others.values()) for k, others in found.items()}
+                found[k][other] = effect
+    return found
+
+
+def indistinguishable(
+    candidates: Candidates, best: int, named: int | None = None
+) -> Mapping[int, tuple[Added, ...]]:
+    """Return what the data cannot tell from the effects of a candidate, or of an equal that is named instead.
+
+    By number of the effect. The equal has one effect of the class of the best; the class stays as it is.
+    """
+    named = best if named is None else named
+    own, effects = (candidates.fits[k].hypothesis.effects for k in (best, named))
+    classes = {own[k].key: (own[k], *equal.values()) for k, equal in equals(candidates, best).items()}
+    swapped = exchanged(effects, own)
+    if swapped is not None:
+        classes[effects[swapped[0]].key] = classes.pop(swapped[1].key)
+    return {k: tuple(o for o in classes[e.key] if o.site != e.site) for k, e in enumerate(effects)}

@@ -103,8 +103,8 @@ def _bounds(efforts: Efforts, added: Added) -> Iterator[Remark]:
         yield Remark(
             tuple(each),
             "bound",
-            f"{_label(added)}: {shown} {what} of the tried values: these logs do not confirm this form "
-            "of the effect; prefer a simpler one",
+            f"{_label(added)}: {shown} {what} of the tried values, so that these logs do not tell the "
+            "number; do not use it, or log motions in which it matters more",
         )
 
 

@@ -14,7 +14,9 @@ from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.residuals import Errors
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.effects.added import Added
+from unmodelled.effects.place import Place
 
 #: Standard errors from a number to the end of its 95 % interval.
 Z = 1.96
@@ -38,6 +40,15 @@ def remarks(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark,
     names = {name for remark in loose for name in remark.numbers}
     first = (r for r in implausible(prediction, alike) if r.kind != "zero" or not names & set(r.numbers))
     return (*first, *loose)
+
+
+def doubtful(candidates: Candidates, number: int) -> frozenset[tuple[str, str, Place]]:
+    """Return the effects of a candidate on whose numbers there are remarks."""
+    prediction = candidates.predictions[number]
+    alike = tuple(candidates.predictions[k] for k in candidates.as_good(number))
+    names = {name for remark in remarks(prediction, alike) for name in remark.numbers}
+    effects = prediction.fitted.hypothesis.effects
+    return frozenset(effect.key for effect in effects if names & set(effect.reported))
 
 
 def undetermined(fitted: FittedHypothesis) -> tuple[Remark, ...]:

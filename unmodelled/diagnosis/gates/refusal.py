@@ -16,6 +16,9 @@ class Refusal:
     reason: str  # number or output that is wrong, and how much
     given: str  # name of the file that the user keeps instead
 
+    def __str__(self) -> str:
+        return f"{self.file} is not offered: {self.reason}; keep {self.given}"
+
     @property
     def content(self) -> dict[str, str]:
         """Return the entry in the list `refused` of diagnosis.json."""

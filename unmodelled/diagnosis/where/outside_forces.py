@@ -44,12 +44,12 @@ class _Stretch:
     square: float
 
 
-def outside_forces(corrections: Corrections) -> LogFault | None:
+def outside_forces(corrections: Corrections, alarm: bool = True) -> LogFault | None:
     """Return when ports need far more effort for a while than ever in the ordinary experiment.
 
     The largest correction is about the same in ordinary experiments. Where that of a few experiments is
     larger by more than chance, at a motion and at inputs that ordinary experiments have, too, and the rest of
-    them is ordinary, no law of the machine explains it.
+    them is ordinary, no law of the machine explains it. Without `alarm`, the sentence is a plain remark.
     """
     found, shares = list[_Stretch](), list[float]()
     for k, place in enumerate(corrections.places):
@@ -66,7 +66,7 @@ def outside_forces(corrections: Corrections) -> LogFault | None:
         problem=OUTSIDE_FORCE,
         explains=max(shares),
         experiments=tuple(logs.ids[run] for run in sorted({stretch.run for stretch in found})),
-        sentence=_sentence(units, logs, found),
+        sentence=_sentence(units, logs, found, alarm),
         decides=False,
     )
 
@@ -124,7 +124,7 @@ def _of_run(
             yield _Stretch(corrections.places[k].name, run, start, end, float(value[peak]), square)
 
 
-def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -> str:
+def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch], alarm: bool) -> str:
     """When and where, with amounts, and what to do about it."""
     runs, each = sorted({stretch.run for stretch in found}), []
     for run in runs:
@@ -136,6 +136,8 @@ def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
         each.append(f"{logs.ids[run]} needs {listed(told)}")
+    if not alarm:
+        return f"{'; '.join(each)}, more than other experiments need, and too little to make a gap"
     of = [level_name(name, level) for name, level, rows in levels(logs.experiments) if rows.tolist() == runs]
     these = f"These are the experiments in which {listed(of)}: " if of else ""
     it = "what they share may need it. Otherwise it" if of else "It"
