@@ -14,7 +14,7 @@ from tests.diagnosis.diagnoses import Said, diagnosis, told
 from tests.diagnosis.studies import HORIZON, study
 from tests.machines.folders import Array, logs_of, motion, recorded, system_of, text_of
 from unmodelled.diagnosis.answer import confirmed as module
-from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, _is_lower, _refused, confirmed
+from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, _is_lower, _refused, confirmed, refusals
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.data.gap import FreeRun, Gap
@@ -41,7 +41,7 @@ def test_a_gain_of_the_fitted_experiments_alone_is_refused(tmp_path: Path) -> No
     found = confirmed(study(tmp_path / "low", Bench(runs=runs, samples=300, supply=supply)), 1, quiet)
     assert "actuator_gain" not in [e.family for e in found.chosen.hypothesis.effects]
     refusal = "actuator_gain at actuator:torque predicts the fitted experiments better"
-    assert [note for note in found.notes if note.startswith(refusal)]
+    assert [note for note in refusals(found.refused, ()) if note.startswith(refusal)]
     fitted = [e.family for f in found.search.candidates.fits for e in f.hypothesis.effects]
     assert "actuator_gain" not in fitted
 
@@ -58,7 +58,7 @@ def test_the_best_without_refused_is_judged_next(tmp_path: Path, monkeypatch: py
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert judged[0] == "coulomb_friction" != judged[1] and len(judged) == 2
     assert [e.family for e in found.chosen.hypothesis.effects] == judged[1].split()[:1]
-    (note,) = found.notes
+    (note,) = refusals(found.refused, ())
     assert note.startswith(
         "coulomb_friction at joint predicts the fitted experiments better, but not the held"
     )
@@ -87,7 +87,10 @@ def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(module, "_refused", refuse)
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert not found.chosen.hypothesis.effects and judged[-1] is found.chosen
-    assert len(judged) > MOST_REFUSED and len(found.notes) == len(set(found.notes)) > 0
+    notes = refusals(found.refused, ())
+    assert len(judged) > MOST_REFUSED and len(notes) == len(set(notes)) > 0
+    # what is named, or listed as its equal, is not refused
+    assert refusals(found.refused, found.refused) == []
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
 from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, effect, fitted, study
+from unmodelled.diagnosis.answer import confirmed as module
 from unmodelled.diagnosis.core.comparison import Comparison
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.decide.decision import Decision, decide, indistinguishable
@@ -243,6 +247,41 @@ def test_what_these_data_cannot_tell_is_said(biased: Candidates) -> None:
     first, second = (indistinguishable(biased, named) for named in (4, 5))
     assert {k: [e.family for e in es] for k, es in first.items()} == {0: [], 1: ["actuator_offset"]}
     assert {k: [e.family for e in es] for k, es in second.items()} == {0: ["constant_load"], 1: []}
+
+
+@pytest.mark.parametrize(
+    ("doubts", "refuses", "number"),
+    [
+        ({4: ["constant_load"], 5: []}, False, 5),
+        ({4: ["constant_load"], 5: []}, True, 4),  # by the held-out experiments
+        ({4: ["constant_load"], 5: ["actuator_offset"]}, False, 4),
+        ({4: ["coulomb_friction"], 5: []}, False, 4),  # which has no equal
+        ({4: [], 5: []}, False, 4),
+    ],
+)
+def test_of_equals_the_one_without_doubtful_numbers_is_named(
+    biased: Candidates,
+    doubts: dict[int, list[str]],
+    refuses: bool,
+    number: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The class of effects that the logs cannot tell apart stays as it is."""
+
+    def doubtful(found: Candidates, k: int) -> set[object]:
+        return {e.key for e in found.fits[k].hypothesis.effects if e.family in doubts[k]}
+
+    monkeypatch.setattr(module, "doubtful", doubtful)
+    monkeypatch.setattr(module, "_refused", lambda *_: ["refused"] if refuses else [])
+    search: Any = SimpleNamespace(candidates=biased)
+    chosen = module._less_doubtful(search, biased.fits[4], Gap.__new__(Gap))
+    assert chosen is biased.fits[number]
+    others = indistinguishable(biased, 4, number)
+    classes = ({e.family, *(o.family for o in others[k])} for k, e in enumerate(chosen.hypothesis.effects))
+    assert {frozenset(each) for each in classes} == {
+        frozenset({"coulomb_friction"}),
+        frozenset({"constant_load", "actuator_offset"}),
+    }
 
 
 def test_no_data_speak_against_what_is_alike(biased: Candidates, rubbing: Candidates) -> None:

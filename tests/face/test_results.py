@@ -1,6 +1,8 @@
 """What simulate, diagnose, identifiability and identify_uncertainty return: texts, tables, pages, files."""
 
-from dataclasses import FrozenInstanceError, replace
+import inspect
+import re
+from dataclasses import FrozenInstanceError, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -295,6 +297,30 @@ def test_effects_and_places_print_themselves(answer: um.Answer) -> None:
     assert "coulomb_friction" in repr(answer.effects[0])
     assert "channels" in repr(answer.where) and "joint" in repr(answer.where)
     assert answer.where._repr_html_().count("<table") >= 2
+
+
+def test_every_public_attribute_of_an_answer_is_documented_typed_and_readable(
+    answer: um.Answer, tmp_path: Path
+) -> None:
+    refused = {"file": "augmented_system.yaml", "reason": "theta diverges", "keep": "pendulum.yaml"}
+    told = replace(answer, content={**answer.content, "refused": [refused]})
+    assert told.refused == ("augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml",)
+    with pytest.raises(um.BadInput, match=r"not written: augmented_system\.yaml is not offered"):
+        um.write_fmu(told, tmp_path / "machine.fmu")
+    kinds = {"DataFrame": pd.DataFrame, "ComparisonTable": pd.DataFrame, "GapLocation": type(answer.where)}
+    kinds |= {"str": str, "float": float, "System": um.System, "Path": Path}
+    attributes = {field.name for field in fields(um.Answer)}
+    for name in [name for name in dir(um.Answer) if not name.startswith("_") and name not in attributes]:
+        member = inspect.getattr_static(um.Answer, name)
+        function = getattr(member, "fget", None) or getattr(member, "func", None)
+        about = function or getattr(member, "__func__", member)
+        assert inspect.getdoc(about) and about.__annotations__["return"], name
+        if function is None:
+            continue  # a method
+        value, kind = getattr(told, name), about.__annotations__["return"].partition("[")[0]
+        assert isinstance(value, tuple if kind == "tuple" else kinds[kind.rpartition(".")[2]]), name
+        assert not re.search(r"<\S+ object at|\b[A-Z]\w+\(\w+=", str(value)), name
+    assert attributes and all(f"{name}: " in str(um.Answer.__doc__) for name in attributes)
 
 
 def test_a_study_gives_the_tables_that_it_saves(study: um.ParameterStudy, tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ import pandas as pd
 
 from unmodelled.base.notebook import shown
 from unmodelled.base.wording import effect_name
+from unmodelled.diagnosis.answer.sentences import numbers_of
+from unmodelled.report.headline import percent
 
 
 class Number(NamedTuple):
@@ -26,7 +28,7 @@ class Number(NamedTuple):
     interval: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NamedEffect:
     """Effect that the model leaves out, as an answer names it.
 
@@ -35,7 +37,7 @@ class NamedEffect:
         port: place of the effect: a port, actuator:<input>, sensor:<output> or parameter:<name>.
         law: formula of the effect, in names of the augmented system.
         parameters: numbers of the law by name, each with value, unit and interval (95 %), SI; each is an
-            attribute, too, see `Number`.
+            attribute, too, see `Number`. `remarks` lists why a number is doubtful.
         confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
         shrink: share of the squared gap above the noise floor that the effect explains, 0 to 1.
         indistinguishable: effects that these data cannot tell from this one, in words.
@@ -56,6 +58,13 @@ class NamedEffect:
             raise AttributeError(f"{type(self).__name__} has no attribute or number {name!r}")
         entry = numbers[name]
         return Number(entry["value"], entry["unit"], tuple(entry["interval"] or ()))
+
+    def __repr__(self) -> str:
+        about = f"explains {percent(self.shrink)} of the gap, confidence {percent(self.confidence)}"
+        lines = [f"{self.family} at {self.port}: {self.law} ({about})"]
+        lines += numbers_of({"parameters": self.parameters})
+        lines += [f"these logs cannot distinguish it from {other}" for other in self.indistinguishable]
+        return "\n    ".join(lines)
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.parameters]

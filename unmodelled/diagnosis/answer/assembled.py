@@ -154,13 +154,25 @@ def _effects(
             for n in effect.reported
             if n not in own
         }
-        joint = [order[j] for j in range(k + 1, len(order)) if shares[k] < min(material, shares[j])]
+        joint = [order[j] for j in needed(shares, k, material)]
         others = decision.indistinguishable[decision.prediction.fitted.hypothesis.effects.index(effect)]
         mine = {n: own[n] for n in effect.per_experiment}
         chance = _interval(steps, k, k + 1, seed)
         known = DiagnosedEffect(effect, estimates, mine, sure, shares[k], chance, others)
         found.append(replace(known, only_with=tuple(joint), step=k))
     return tuple(sorted(found, key=lambda effect: -effect.shrink))
+
+
+def needed(shares: Sequence[float], k: int, material: float) -> list[int]:
+    """Return the later effects without which effect `k` lowers the error by less than a material share.
+
+    Shares are those of the effects one after the other, each of what the earlier ones leave.
+
+    Examples:
+        >>> needed([0.0, 0.9, 0.01], 0, 0.2), needed([0.9, 0.01], 0, 0.2), needed([0.9, 0.01], 1, 0.2)
+        ([1, 2], [], [])
+    """
+    return [j for j in range(k + 1, len(shares)) if shares[k] < min(material, shares[j])]
 
 
 def _estimate(decision: Decision, name: str, unit: str, known: float, doubts: Sequence[Remark]) -> Estimate:
