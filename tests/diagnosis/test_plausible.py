@@ -17,10 +17,11 @@ from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.decide.efforts import Efforts
 from unmodelled.diagnosis.decide.implausible import implausible
-from unmodelled.diagnosis.decide.undetermined import is_determined, remarks, undetermined
+from unmodelled.diagnosis.decide.undetermined import doubtful, is_determined, remarks, undetermined
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.where.where import where
 
 UNKNOWN_J = (
@@ -137,6 +138,14 @@ def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
     times = f"F_c = 3.5 N m is {3.5 / limit:.2g} times the largest torque that acts at joint"
     assert times in remark.sentence
     assert f"({limit:.3g} N m)" in remark.sentence
+
+
+def test_effects_with_doubtful_numbers_are_those_with_remarks(dry: FittedHypothesis) -> None:
+    known = fitted(Hypothesis.known(dry.hypothesis.study))
+    fits = known, dry, with_values(dry, {"F_c": 3.5})
+    found = Candidates(tuple(map(LeftOut.of, fits)))
+    (friction,) = dry.hypothesis.effects
+    assert [set(doubtful(found, k)) for k in range(3)] == [set(), set(), {friction.key}]
 
 
 def test_a_load_larger_than_all_that_acts(dry: FittedHypothesis) -> None:

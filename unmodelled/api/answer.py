@@ -85,7 +85,7 @@ class Answer:
 
     @cached_property
     def effects(self) -> tuple[NamedEffect, ...]:
-        """Return the effects that the model leaves out, the strongest first."""
+        """Return the effects that the model leaves out, those with the largest shares first."""
         return tuple(NamedEffect.of(entry) for entry in self.content["effects"])
 
     @cached_property

@@ -74,8 +74,8 @@ def doubt(effect: Entry) -> str:
     if every & IMPLAUSIBLE:
         return "size implausible"
     for entry in open_:
-        low, high = entry["interval"]
-        if None not in (low, high) and low < high:
+        low, high = _ends(entry)
+        if low is not None and high is not None and low < high:
             first, last = amounts([low, high], entry["unit"])
             return f"size uncertain: {first.partition(chr(0xA0))[0]} to {last}"
     return "size uncertain"
@@ -86,5 +86,10 @@ def _has_unit(entry: Entry) -> bool:
 
 
 def _may_be_zero(entry: Entry) -> bool:
-    ends = entry["interval"]
-    return entry["value"] is None or None in ends or not ends[0] * ends[1] > 0.0
+    low, high = _ends(entry)
+    return entry["value"] is None or low is None or high is None or not low * high > 0.0
+
+
+def _ends(entry: Entry) -> tuple[float | None, float | None]:
+    low, high = entry["interval"] or (None, None)
+    return low, high

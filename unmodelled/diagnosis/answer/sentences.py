@@ -64,7 +64,7 @@ def _verdict(content: Entry) -> Iterator[str]:
     yield f"verdict: {VERDICTS[content['verdict']]} (confidence {content['confidence']:.2f})"
     yield from faults if checked else ()
     for effect in content["effects"]:
-        size = f", {unsure}" if (unsure := doubt(effect)) else ""
+        size = f" ({unsure})" if (unsure := doubt(effect)) else ""
         sure = f"confidence {effect['confidence']:.2f}"
         yield f"- {_label(effect)}{size}: {effect['law']} ({_explains(effect)}, {sure})"
         if text := effect.get("text"):
