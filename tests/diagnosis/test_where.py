@@ -176,7 +176,12 @@ STILL = Bench(friction=0.0, noise=5e-5, runs=8)
 
 
 def pushed(
-    folder: Path, bench: Bench, push: float = 0.0, runs: tuple[int, ...] = (2,), loaded: tuple[int, ...] = ()
+    folder: Path,
+    bench: Bench,
+    push: float = 0.0,
+    runs: tuple[int, ...] = (2,),
+    loaded: tuple[int, ...] = (),
+    alarm: bool = True,
 ) -> LogFault | None:
     """What is said of the true pendulum without friction if runs are pushed from 0.4 to 0.6 s, N m."""
     system = pendulum(folder)
@@ -185,11 +190,11 @@ def pushed(
     logs = replace(logs, experiments=logs.experiments.assign(load=np.array(load, float)))
     during = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
     logs = prepare(known, replace(logs, u=logs.u - push * during[:, None]))
-    return push_of(known, logs)
+    return push_of(known, logs, alarm)
 
 
-def push_of(known: System, logs: Logs) -> LogFault | None:
-    return outside_forces(Corrections.of(judged("true", known, logs), HORIZON, Sensors(logs)))
+def push_of(known: System, logs: Logs, alarm: bool = True) -> LogFault | None:
+    return outside_forces(Corrections.of(judged("true", known, logs), HORIZON, Sensors(logs)), alarm)
 
 
 @pytest.mark.parametrize("push", [0.3, -0.6])
@@ -208,6 +213,13 @@ def test_two_of_eight_runs_are_pushed(tmp_path: Path) -> None:
     fault = pushed(tmp_path, STILL, 0.5, (1, 6))
     assert fault is not None and fault.experiments == ("run1", "run6")
     assert "needs so much. It looks like an outside force" in fault.sentence
+
+
+def test_beside_a_right_model_a_push_is_a_remark_without_advice(tmp_path: Path) -> None:
+    fault = pushed(tmp_path, STILL, 0.5, (1, 6), (1, 6), alarm=False)
+    assert fault is not None and fault.sentence.startswith("run1 needs ")
+    assert fault.sentence.endswith(" s, more than other experiments need, and too little to make a gap")
+    assert "outside force" not in fault.sentence and "diagnose again" not in fault.sentence
 
 
 @pytest.mark.parametrize(
