@@ -116,8 +116,8 @@ def diagnose_gap(
     # 3. Refit the known physics by free runs (Bock 1987). Rank everything that could be wrong as columns of
     #    one linear system around the fit, and fit the best for real. Better is what predicts experiments that
     #    were left out (Vehtari, Gelman and Gabry 2017). Go on around what is named.
-    # 4. Experiments that took no part in any of this refuse what hardly lowers their error, or leaves half of
-    #    that of a prediction without a model.
+    # 4. What explains next to nothing of the gap of all experiments is no effect. Experiments that took no
+    #    part in any of this strike no law; they lower the verdict if their error does not fall.
     named = confirmed(study, workers, progress)
     search, chosen = named.search, named.chosen
 
@@ -130,7 +130,7 @@ def diagnose_gap(
 
     # 6. The verdict, what cannot be told from what is named, and how often such answers are right.
     candidates = search.candidates
-    decision = decide(candidates, candidates.fits.index(chosen), flexible, models[-2].gap)
+    decision = decide(candidates, candidates.fits.index(chosen), flexible, models[-2].gap, models[1].gap)
     found = assembled(search, decision, models, [effect for effect, _ in steps], faults, seed)
     return replace(found, notes=(*found.notes, *named.notes))
 

@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.data.gap import Gap, shrink
 from unmodelled.diagnosis.data.result import Remainder, Verdict
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates, exchanged
 from unmodelled.effects.added import DISCOVERED, Added
@@ -41,14 +41,24 @@ class Decision:
         return tuple(self.candidates.predictions[k] for k in self.candidates.as_good(self.named))
 
 
-def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Decision:
-    """Decide on the verdict."""
-    remainder = _remainder(candidates, named, flexible, held_out)
+def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap, before: Gap) -> Decision:
+    """Decide on the verdict.
+
+    Held-out experiments lower it if their gap is not lower than `before`, without effects.
+    """
+    confirmed = is_confirmed(candidates.fits[named].hypothesis, before, held_out)
+    remainder = _remainder(candidates, named, flexible, held_out, confirmed)
     verdicts: tuple[Verdict, Verdict] = ("effect", "main_effect")
     if not candidates.fits[named].hypothesis.effects:
         verdicts = ("no_gap", "unknown")
     verdict = verdicts[remainder is not None]
     return Decision(verdict, candidates, named, indistinguishable(candidates, named), remainder)
+
+
+def is_confirmed(named: Hypothesis, before: Gap, held_out: Gap) -> bool:
+    """Return whether held-out experiments are predicted better with the named effects than without any."""
+    material = 1.0 - (1.0 - named.study.thresholds.material_rest) ** 2
+    return not named.effects or shrink(before.value, held_out.value, before.floor) >= material
 
 
 def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
@@ -73,10 +83,12 @@ def _above_noise(fitted: FittedHypothesis) -> float:
     return float(np.sqrt(max(float(np.mean(left**2 - noise**2)), 0.0)))
 
 
-def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Remainder | None:
+def _remainder(
+    candidates: Candidates, named: int, flexible: Candidates, held_out: Gap, confirmed: bool
+) -> Remainder | None:
     """What is left beyond the named candidate, and the place of the best further effect."""
     predicts = flexible.beats(2, 1, priced=False)
-    if not predicts and not _is_unexplained(candidates, named, held_out):
+    if confirmed and not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = candidates.remaining**2
     _, before, after = flexible.remaining**2
