@@ -88,7 +88,8 @@ def decider(search: EffectSearch) -> Callable[[Thresholds], Decision]:
             fitted = list(search.found.values())[named].fitted
             _, networks[named] = search.beside_network(fitted)
         beside = replace(networks[named], thresholds=limits)
-        return decide(candidates, named, beside, judged_model("", candidates.fits[named]).gap)
+        gap, before = (judged_model("", candidates.fits[k]).gap for k in (named, 0))
+        return decide(candidates, named, beside, gap, before)
 
     return decided
 

@@ -50,7 +50,8 @@ def decided(found: Candidates) -> Decision:
     """With the network beside the named candidate."""
     named = found.fits[found.named()]
     network = fit_network(named, named.recording, 0)
-    return decide(found, found.named(), beside(found, found.named(), network), judged_model("", named).gap)
+    gap, before = (judged_model("", f).gap for f in (named, found.fits[0]))
+    return decide(found, found.named(), beside(found, found.named(), network), gap, before)
 
 
 def beside(found: Candidates, named: int, network: FittedHypothesis) -> Candidates:
@@ -272,7 +273,7 @@ def test_of_equals_the_one_without_doubtful_numbers_is_named(
         return {e.key for e in found.fits[k].hypothesis.effects if e.family in doubts[k]}
 
     monkeypatch.setattr(module, "doubtful", doubtful)
-    monkeypatch.setattr(module, "_refused", lambda *_: ["refused"] if refuses else [])
+    monkeypatch.setattr(module, "is_confirmed", lambda *_: not refuses)
     search: Any = SimpleNamespace(candidates=biased)
     chosen = module._less_doubtful(search, biased.fits[4], Gap.__new__(Gap))
     assert chosen is biased.fits[number]
@@ -339,9 +340,10 @@ def test_a_gap_of_held_out_experiments_that_nothing_predicts_says_that_something
 ) -> None:
     chosen = flawless.fits[named]
     gap, network = judged_model("", chosen).gap, beside(flawless, named, chosen)
+    before = replace(gap, value=1.0)
     most = flawless.thresholds.unexplained_gap * flawless.persistence
     for value, verdict in zip((gap.value, 2.0 * most), verdicts, strict=True):
-        found = decide(flawless, named, network, replace(gap, value=value))
+        found = decide(flawless, named, network, replace(gap, value=value), before)
         assert found.verdict == verdict
         assert (found.remainder is None) == (value == gap.value)
         assert found.remainder is None or found.remainder.predictable == 0.0
@@ -353,5 +355,6 @@ def test_an_effect_that_leaves_most_of_the_gap_does_not_explain_it(
 ) -> None:
     found = limited(rubbing, unexplained_gap=1e9)
     chosen = found.fits[named]
-    said = decide(found, named, beside(found, named, chosen), judged_model("", chosen).gap)
+    gap, before = (judged_model("", f).gap for f in (chosen, found.fits[0]))
+    said = decide(found, named, beside(found, named, chosen), gap, before)
     assert said.verdict == verdict

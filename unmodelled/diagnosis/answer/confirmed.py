@@ -1,22 +1,20 @@
-"""What a search has found and the held-out experiments confirm."""
+"""What a search has found, without effects that explain next to nothing."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from unmodelled.diagnosis.answer.sentences import named
-from unmodelled.diagnosis.data.gap import Gap, shrink
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import Thresholds
-from unmodelled.diagnosis.decide.decision import equals
+from unmodelled.diagnosis.decide.decision import equals, is_confirmed
 from unmodelled.diagnosis.decide.undetermined import doubtful
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.fitting.judged_models import gap_of_all_runs, judged_model
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.input_hold import begun
@@ -29,25 +27,25 @@ MOST_BETWEEN = 3
 #: Share that equal and opposite efforts beside named effects may leave of what only two efforts explain: the
 #: named effects leave errors of their own.
 BESIDE = 0.5
-#: Effects that held-out experiments refuse before the search goes on without them no more: each further one
-#: may pass by chance.
-MOST_REFUSED = 3
+#: Share of the squared gap of all experiments, in the output where it is largest, that an effect explains at
+#: least: a twentieth is less than what any repeat of the experiments varies.
+SMALLEST_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """A hypothesis that predicts left-out experiments best and that the held-out experiments confirm."""
+    """A hypothesis that predicts left-out experiments best; held-out experiments may doubt it."""
 
     search: EffectSearch
-    chosen: FittedHypothesis  # hypothesis to name; without effects if none is confirmed
+    chosen: FittedHypothesis  # hypothesis to name; without effects if none explains enough
     reidentified: JudgedModel  # the physics without effects, judged on the held-out experiments
     best: FittedHypothesis  # the simplest that none beats; `chosen` is its equal with less doubtful numbers
-    refused: tuple[Added, ...]  # effects that the held-out experiments refused
-    notes: tuple[str, ...]  # on ports that were added and on effects that are too small, a sentence each
+    small: tuple[Added, ...]  # effects that explain too little to be named
+    notes: tuple[str, ...]  # on added ports, and on effects that are small or in doubt
 
 
 def confirmed(study: Study, workers: int, progress: Callable[[str], None]) -> Confirmed:
-    """Search effects, and return what the held-out experiments confirm.
+    """Search effects, and return the best that explain a share of the gap.
 
     A port is added between ports at which equal and opposite efforts are missing, at first or beside what is
     named, and between all ports of one kind if no effect at one of them explains the gap.
@@ -80,7 +78,7 @@ def _opposite(fitted: FittedHypothesis, rest: float | None = None) -> Pairs:
 
 
 def _with_ports(search: EffectSearch, pairs: Pairs) -> Confirmed:
-    """What is confirmed with ports between the ports of each pair."""
+    """What is found with ports between the ports of each pair."""
     search.progress("add a port where equal and opposite efforts are missing")
     larger, names = _between(search, pairs)
     notes = [
@@ -99,30 +97,22 @@ def _between(search: EffectSearch, pairs: Pairs) -> tuple[EffectSearch, tuple[st
 
 
 def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
-    """The best candidate that the held-out experiments confirm.
-
-    An effect that they refuse may have hidden one that they confirm, such as a single delay the filters of
-    two sensors: the search goes on without it, some times.
-    """
-    before, refused = judged_model("re-identified", search.base), list[Added]()
-    chosen = _best(search)
-    while gone := _refused(search, chosen, before.gap):
-        refused += gone
-        if len(search.refused) < MOST_REFUSED:
-            search.refused |= {e.key for e in gone}
-            chosen = _best(search)
-        else:
-            every = len(gone) == len(chosen.hypothesis.effects)
-            chosen = search.base if every else search.without(chosen, *gone)
-    best, chosen = chosen, _less_doubtful(search, chosen, before.gap)
-    further = _too_small(search, chosen, refused)
-    return Confirmed(search, chosen, before, best, tuple(refused), (*notes, *further))
+    """The best candidate, of whose effects each explains a share of the squared gap of all experiments."""
+    candidates = search.run()
+    search.progress("judge the models on all experiments")
+    best, small = _of_size(search, candidates.fits[candidates.named()])
+    before = judged_model("re-identified", search.base)
+    chosen = _less_doubtful(search, best, before.gap)
+    sure = is_confirmed(chosen.hypothesis, before.gap, judged_model("", chosen).gap)
+    doubts = [] if sure else [_doubt(chosen)]
+    further = _too_small(search, chosen, small)
+    return Confirmed(search, chosen, before, best, tuple(small), (*notes, *doubts, *further))
 
 
 def _less_doubtful(search: EffectSearch, best: FittedHypothesis, before: Gap) -> FittedHypothesis:
     """Of the hypotheses that the logs cannot tell apart, the one with the fewest effects of doubtful numbers.
 
-    The held-out experiments must confirm it, too.
+    The held-out experiments must confirm it.
     """
     if not best.hypothesis.effects:
         return best
@@ -134,51 +124,52 @@ def _less_doubtful(search: EffectSearch, best: FittedHypothesis, before: Gap) ->
             doubts |= {other: doubtful(candidates, other) for other in equal}
     order = sorted(doubts, key=lambda k: len(doubts[k]))  # of as many doubts, the best first
     better = (candidates.fits[k] for k in order[: order.index(number)])
-    return next((fitted for fitted in better if not _refused(search, fitted, before)), best)
+    gaps = ((fitted, judged_model("", fitted).gap) for fitted in better)
+    return next((f for f, gap in gaps if is_confirmed(f.hypothesis, before, gap)), best)
 
 
-def _best(search: EffectSearch) -> FittedHypothesis:
-    """The candidate that a search names; the held-out experiments judge it next."""
-    candidates = search.run()
-    search.progress("judge the models on the held-out experiments")
-    return candidates.fits[candidates.named()]
+def _of_size(search: EffectSearch, fitted: FittedHypothesis) -> tuple[FittedHypothesis, list[Added]]:
+    """A hypothesis without the effects that explain too little of the gap, and these, the smallest first."""
+    whole, small = gap_of_all_runs(search.base), list[Added]()
+    while effects := fitted.hypothesis.removable:
+        gap = gap_of_all_runs(fitted)
+        each = [(_share(whole, gap_of_all_runs(search.without(fitted, e)), gap), e) for e in effects]
+        share, least = min(each, key=lambda one: one[0])
+        if share >= SMALLEST_SHARE:
+            break
+        fitted, small = search.without(fitted, least), [*small, least]
+    return fitted, small
 
 
-def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
-    """Of the effects that hardly lower the error of held-out experiments, the one without which it is lowest.
-
-    All of them, if together they do not lower it by a material share, or not below a share of that of
-    persistence: a model that predicts hardly better than no model explains nothing. `before` is the gap
-    without any.
-    """
-    effects, thresholds = named.hypothesis.removable, search.study.thresholds
-    gap = judged_model("", named).gap
-    without = [(judged_model("", search.without(named, effect)).gap, effect) for effect in effects]
-    idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
-    if len(effects) > 1 and idle:
-        return [min(idle, key=lambda one: one[0])[1]]
-    useful = gap.value <= thresholds.useful_error * gap.persistence
-    lower = useful and shrink(before.value, gap.value, before.floor) >= thresholds.material_shrink
-    return () if lower else named.hypothesis.effects
-
-
-def _is_lower(gap: Gap, rest: Gap, thresholds: Thresholds) -> bool:
-    """Whether a gap is lower than another one by a share in the geometric mean of the outputs.
+def _share(whole: Gap, without: Gap, gap: Gap) -> float:
+    """Largest share over the outputs of the squared gap `whole` by which an effect lowers it.
 
     Friction in one of six joints matters to the outputs of this joint, however much others are off.
     """
-    pairs = [(gap.per_output[name], value) for name, value in rest.per_output.items() if value > 0.0]
-    least = 1.0 - thresholds.held_out_gain
-    return math.prod(after / value for after, value in pairs) <= least ** len(pairs)
+    shares = (
+        (without.per_output[name] ** 2 - value**2) / whole.per_output[name] ** 2
+        for name, value in gap.per_output.items()
+        if whole.per_output[name] > 0.0
+    )
+    return max(shares, default=0.0)
 
 
-def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence[Added]) -> Iterator[str]:
+def _doubt(chosen: FittedHypothesis) -> str:
+    """What is said where held-out experiments do not confirm the named effects."""
+    every = dict.fromkeys(f"{e.family} at {e.place.channel}" for e in chosen.hypothesis.effects)
+    return (
+        f"{listed(list(every))}: the held-out experiments are hardly predicted better, so that the answer is "
+        "less sure; hold out others (seed=1)"
+    )
+
+
+def _too_small(search: EffectSearch, chosen: FittedHypothesis, small: Sequence[Added]) -> Iterator[str]:
     """Sentences on effects that would be named too if every error mattered."""
     thresholds = replace(search.study.thresholds, negligible_error=0.0)
     candidates, own = Candidates(search.candidates.predictions, thresholds), chosen.hypothesis.key
     larger = candidates.fits[candidates.named()]
     further = {e.key: e for e in larger.hypothesis.effects if e.key not in own}
-    if not own < larger.hypothesis.key or further.keys() & {e.key for e in refused}:
+    if not own < larger.hypothesis.key or further.keys() & {e.key for e in small}:
         return
     share = f"{100.0 * search.study.thresholds.negligible_error:.3g} %"
     for added in further.values():
@@ -191,12 +182,12 @@ def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence
         )
 
 
-def refusals(refused: Iterable[Added], said: Iterable[Added]) -> list[str]:
-    """Return sentences on refused effects; one that the answer names, or lists as equal, is not refused."""
+def small_effects(small: Iterable[Added], said: Iterable[Added]) -> list[str]:
+    """Return sentences on effects that explain too little, but for those that are named or equal to one."""
     keys = {effect.key for effect in said}
-    each = dict.fromkeys(named(effect) for effect in refused if effect.key not in keys)
+    each = dict.fromkeys(named(effect) for effect in small if effect.key not in keys)
     return [
-        f"{name} predicts the fitted experiments better, but not the held-out ones, or hardly better than "
-        "no model: it is not named"
+        f"{name} explains less than {100.0 * SMALLEST_SHARE:g} % of the squared gap of all experiments, "
+        "which is too little to be named"
         for name in each
     ]

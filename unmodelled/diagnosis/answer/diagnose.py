@@ -17,7 +17,7 @@ from unmodelled.base.extras import missing
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.assembled import assembled, misread, steps_to
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
-from unmodelled.diagnosis.answer.confirmed import confirmed, refusals
+from unmodelled.diagnosis.answer.confirmed import confirmed, small_effects
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
@@ -119,8 +119,8 @@ def diagnose_gap(
     # 3. Refit the known physics by free runs (Bock 1987). Rank everything that could be wrong as columns of
     #    one linear system around the fit, and fit the best for real. Better is what predicts experiments that
     #    were left out (Vehtari, Gelman and Gabry 2017). Go on around what is named.
-    # 4. Experiments that took no part in any of this refuse what hardly lowers their error, or leaves half of
-    #    that of a prediction without a model.
+    # 4. What explains next to nothing of the gap of all experiments is no effect. Experiments that took no
+    #    part in any of this strike no law; they lower the verdict if their error does not fall.
     named = confirmed(study, workers, progress)
     search, chosen = named.search, named.chosen
 
@@ -134,10 +134,10 @@ def diagnose_gap(
     # 6. The verdict, what cannot be told from what is named, and how often such answers are right.
     candidates = search.candidates
     number, best = (candidates.fits.index(fitted) for fitted in (chosen, named.best))
-    decision = decide(candidates, number, flexible, models[-2].gap, best)
+    decision = decide(candidates, number, flexible, models[-2].gap, models[1].gap, best)
     found = assembled(search, decision, models, [effect for effect, _ in steps], faults, seed)
     said = [effect for each in found.effects for effect in (each.added, *each.indistinguishable)]
-    return replace(found, notes=(*found.notes, *named.notes, *refusals(named.refused, said)))
+    return replace(found, notes=(*found.notes, *named.notes, *small_effects(named.small, said)))
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:

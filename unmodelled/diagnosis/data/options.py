@@ -26,8 +26,8 @@ class Options:
         further_rest: share of the error above the noise that an `effect` leaves at most; default 0.3.
         negligible_error: error below which nothing matters, in that of a prediction without a model; default
             0.01.
-        useful_error: held-out error above which nothing is named, in that of a prediction without a model;
-            default 0.5.
+        useful_error: error of corrected logs above which no fault is found, in that of a prediction without a
+            model; default 0.5.
         unexplained_gap: error that an `effect` leaves at most, in that of a prediction without a model;
             default 0.1.
         fault_share: share of the squared error that a fault of the logs explains at least; default 0.8.

@@ -79,15 +79,9 @@ class Thresholds:
     #: 119; as the limit of an `effect`, half: verdict of 41 of 310, 209 instead of 211 right; twice: of 17,
     #: 212.
     further_rest: float = 0.3
-    #: Held-out error above which nothing is named [share of the error of persistence]. Origin: of 167 answers
-    #: with effects, those of one virtual machine and three real ones lie above, all wrong. Half: 5 of 310
-    #: right answers lose their effects; twice: none has more. Of faults of the logs, half: 3 of 244 answers
-    #: change, 231 instead of 234 right; twice: 5 change, 231 right.
+    #: Error of corrected logs above which no fault of the logs is found [share of the error of persistence].
+    #: Origin: alarms. Half: 3 of 244 answers change, 231 instead of 234 right; twice: 5 change, 231 right.
     useful_error: float = 0.5
-    #: Share of the held-out error that an effect must remove, in the mean of the outputs [share of the
-    #: error]. Origin: judgement. Half: none of 222 answers names a refused effect more, and 1 of 21 earlier
-    #: ones; twice: 2 lose an effect, 153 right as before.
-    held_out_gain: float = 0.02
     #: Error that a candidate must remove from an output in at least one part to be better; a model that is
     #: off by less needs no further physics [share of the error of persistence]. Origin: judgement. Half:
     #: other effects in 8 of 246 answers, 116 instead of 119 right; twice: in 15, 119.

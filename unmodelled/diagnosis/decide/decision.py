@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.data.gap import Gap, shrink
 from unmodelled.diagnosis.data.result import Remainder, Verdict
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates, exchanged
 from unmodelled.effects.added import DISCOVERED, Added
@@ -42,16 +42,32 @@ class Decision:
 
 
 def decide(
-    candidates: Candidates, named: int, flexible: Candidates, held_out: Gap, best: int | None = None
+    candidates: Candidates,
+    named: int,
+    flexible: Candidates,
+    held_out: Gap,
+    before: Gap,
+    best: int | None = None,
 ) -> Decision:
-    """Decide on the verdict; `best`: candidate whose equal is named, default the named one itself."""
-    remainder = _remainder(candidates, named, flexible, held_out)
+    """Decide on the verdict.
+
+    Held-out experiments lower it if their gap is not lower than `before`, without effects. `best` is the
+    candidate whose equal is named, default the named one itself.
+    """
+    confirmed = is_confirmed(candidates.fits[named].hypothesis, before, held_out)
+    remainder = _remainder(candidates, named, flexible, held_out, confirmed)
     verdicts: tuple[Verdict, Verdict] = ("effect", "main_effect")
     if not candidates.fits[named].hypothesis.effects:
         verdicts = ("no_gap", "unknown")
     verdict = verdicts[remainder is not None]
     others = indistinguishable(candidates, named if best is None else best, named)
     return Decision(verdict, candidates, named, others, remainder)
+
+
+def is_confirmed(named: Hypothesis, before: Gap, held_out: Gap) -> bool:
+    """Return whether held-out experiments are predicted better with the named effects than without any."""
+    least = named.study.thresholds.material_shrink
+    return not named.effects or shrink(before.value, held_out.value, before.floor) >= least
 
 
 def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
@@ -76,10 +92,12 @@ def _above_noise(fitted: FittedHypothesis) -> float:
     return float(np.sqrt(max(float(np.mean(left**2 - noise**2)), 0.0)))
 
 
-def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Remainder | None:
+def _remainder(
+    candidates: Candidates, named: int, flexible: Candidates, held_out: Gap, confirmed: bool
+) -> Remainder | None:
     """What is left beyond the named candidate, and the place of the best further effect."""
     predicts = flexible.beats(2, 1, priced=False)
-    if not predicts and not _is_unexplained(candidates, named, held_out):
+    if confirmed and not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = candidates.remaining**2
     _, before, after = flexible.remaining**2

@@ -66,8 +66,6 @@ class EffectSearch:
     classes: list[list[Proposal]] = field(default_factory=list)  # predict the same in a linear system
     #: Probability that a law of the first system removes as much error if nothing is missing.
     chance: float = 1.0
-    #: Family, variant and place of effects that are neither named nor added any more.
-    refused: set[tuple[str, str, Place]] = field(default_factory=set)
     written: bool = False  # whether formulas were fitted already
 
     def __post_init__(self) -> None:
@@ -100,9 +98,8 @@ class EffectSearch:
 
     @property
     def candidates(self) -> Candidates:
-        """Return all fits so far without refused effects, on one scale."""
-        every = [p for key, p in self.found.items() if not key & self.refused]
-        return Candidates(tuple(every), self.study.thresholds)
+        """Return all fits so far, on one scale."""
+        return Candidates(tuple(self.found.values()), self.study.thresholds)
 
     def run(self) -> Candidates:
         """Fit what the linear systems rank, around the known physics and around the best fits.
@@ -216,7 +213,7 @@ class EffectSearch:
 
         A set of many laws may beat every single one over few windows; that one is enough shows in full.
         """
-        free = [p for p in proposals if p.key not in self.found and not p.key & self.refused]
+        free = [p for p in proposals if p.key not in self.found]
         own = {(p.key, p.rough): p for p in free}
         new = [p for p in own.values() if p.is_possible]
         self.progress(f"fit {len(new)} sets of effects over few windows, and the best to all")
