@@ -17,8 +17,7 @@ import pytest
 
 from tests.fuzz.inputs import complaint
 from tests.measurements.recorders import RECORDERS
-from tests.measurements.systems import motor, run
-from tests.measurements.test_mapping import write
+from tests.measurements.systems import motor, run, write, write_tables
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.cli.verbs.init import init
 from unmodelled.logs.folder import read_logs
@@ -106,6 +105,18 @@ def test_the_ending_of_a_text_does_not_unpack_it(tmp_path: Path, ending: str) ->
     (tmp_path / f"b.{ending}").write_bytes(skipped + b"\x28\xb5\x2f\xfd" + bytes(range(256)))
     with within(2.0, 60.0), pytest.raises(BadInput):
         tables(tmp_path / f"b.{ending}")
+
+
+@pytest.mark.parametrize(("suffix", "rows"), [("csv", 60), ("parquet", 10_000)])
+def test_long_texts_do_not_lengthen_other_cells(tmp_path: Path, suffix: str, rows: int) -> None:
+    """As texts of equal length the column would take 1.6 GB, and with a copy of the text in every row 0.2 GB."""
+    log: dict[str, Any] = {**run(20_000), "trial": ["one"] * 20_000}
+    log["trial"][6000 : 6000 + rows] = [20_000 * "x"] * rows
+    write_tables(tmp_path, {"a": log}, suffix)
+    with within(8.0, 150.0):
+        init(tmp_path / f"a.{suffix}", None, None, tmp_path / "drafts")
+        found = read_logs(write(tmp_path, {}, files=f"a.{suffix}", split_by="trial"), motor())
+    assert found.ids == ("one-1", 100 * "x", "one-2")
 
 
 def tidy(folder: Path, name: str) -> None:

@@ -146,6 +146,9 @@ _OURS = (f"{__name__}.{kind.__name__}" for kind in (Chosen, InTree, UserWide))
 #: Numba's own ones for the functions of a notebook, and of a zip.
 LOCATORS = ",".join([*_OURS, "IPythonCacheLocator", "ZipCacheLocator"])
 
+# Numba also takes settings, such as the cache folder, from a file of this name in the working folder
+numba.config._config_fname = os.devnull
+numba.config.reload_config()
 # LLVM by itself uses half of such a register
 if (_here := binding.get_host_cpu_features()).get("avx512f") and not numba.config.CPU_FEATURES:
     numba.config.CPU_FEATURES = f"{_here.flatten()},-prefer-256-bit"
