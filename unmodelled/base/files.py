@@ -182,8 +182,9 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)
     own = (str(temporary), *map(str, path.parents), str(path))
-    if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
-        return f"{error.filename}: {reason}"
+    name = error.filename2 or error.filename  # of a copy, where to; shutil names its source first
+    if name and not str(name).startswith(own[0]) and str(name) not in own:
+        return f"{name}: {reason}"
     # a folder that is itself on its way has another name for a user
     shown = ON_ITS_WAY.sub(r"\1", str(path))
     return f"{shown}: cannot be written: {reason}"

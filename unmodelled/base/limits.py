@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import stat
@@ -44,10 +45,18 @@ def check_file(path: Path, factor: float = 1.0) -> None:
         about = path.stat()
     except (OSError, ValueError):
         return
-    if kind := _KINDS.get(stat.S_IFMT(about.st_mode)):
+    kind = _KINDS.get(stat.S_IFMT(about.st_mode))
+    if kind is None and about.st_size == 0 and _of_kernel(path):
+        kind = "made by the kernel"
+    if kind:
         raise BadInput(f"{path}: is {kind}, not a regular file: copy what it gives into a file")
     if stat.S_ISREG(about.st_mode):
         check_memory(path, factor * about.st_size)
+
+
+def _of_kernel(path: Path) -> bool:
+    """Whether a file is on no disk: the kernel makes its content when it is read, or lets the reader wait."""
+    return any(Path(os.path.realpath(path)).is_relative_to(place) for place in ("/proc", "/sys"))
 
 
 def check_memory(what: Path | str, needed: float) -> None:

@@ -189,6 +189,8 @@ class Fit:
         path, system = folder / "model.pt", read_system(folder / "system.yaml")
         about = read_checkpoint(path)["about"]
         check_shape(path, about, SHAPE)
+        if foreign := sorted(set(map(str, about["integration"])) - set(SHAPE["integration"])):
+            raise BadInput(f"{path}: integration: has the unknown key {foreign[0]!r}: train again")
         networks = tuple(
             Network(n["port"], network_inputs(system, n["inputs"]), n["hidden"], n["label"])
             for n in about["networks"]
