@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -347,6 +348,14 @@ def test_results_of_a_stranger_are_copied_without_what_lies_elsewhere(tmp_path: 
         (folder / "unlisted").write_text("1")
     copy_results(folder, tmp_path / "copy")
     assert files_of(tmp_path / "copy") == {"tables/a.csv": b"1"}
+
+
+def test_a_copy_to_a_full_disk_names_the_result(tmp_path: Path) -> None:
+    (tmp_path / "made_elsewhere").write_text(1000 * "x")
+    full = "machine.fmu: cannot be written: No space left on device"
+    with pytest.raises(BadInput, match=full), replacing(tmp_path / "machine.fmu") as temporary:
+        temporary.symlink_to("/dev/full")
+        shutil.copyfile(tmp_path / "made_elsewhere", temporary)
 
 
 def test_a_sparse_file_among_results_is_refused_before_it_is_copied(tmp_path: Path) -> None:

@@ -26,9 +26,12 @@ from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import check_address_space
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+#: Address space that LLVM takes, at most, to compile the functions of a simulation (measured: 50 MB), bytes.
+COMPILER = 1e8
 #: Advice for a folder that cannot be the cache.
 _ADVICE = "choose another with NUMBA_CACHE_DIR and HYBRID_DYNAMICS_CACHE"
 
@@ -126,6 +129,11 @@ class UserWide(_AsItsRoom, caching.UserWideCacheLocator):  # type: ignore[misc]
 
 class _Kept(caching.FunctionCache):  # type: ignore[misc]
     """Numba cache that prints a note if a function cannot be saved, instead of failing."""
+
+    def load_overload(self, *asked: Any) -> Any:
+        """Load a function; numba asks before it compiles one."""
+        check_address_space(COMPILER)
+        return super().load_overload(*asked)
 
     def save_overload(self, *compiled: Any) -> None:
         before = os.umask(0o077)

@@ -70,6 +70,16 @@ def check_memory(what: Path | str, needed: float) -> None:
         )
 
 
+def check_address_space(needed: float) -> None:
+    """Refuse to go on where less address space is left: libraries written in C end the process without it."""
+    left = _left_to_process()
+    if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY and left < needed:
+        raise BadInput(
+            f"the limit on the address space of this process leaves {_shown(left)}, and {_shown(needed)} are "
+            "needed: raise the limit (ulimit -v)"
+        )
+
+
 def fits(needed: float) -> bool:
     """Return whether content takes at most a quarter of the free memory, or 4 MB."""
     return needed <= ALWAYS or needed <= _allowed(available())

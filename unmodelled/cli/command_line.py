@@ -17,6 +17,9 @@ from unmodelled.cli.program import Program
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
 
+#: Address space that the libraries of a verb take when they are loaded (measured for `simulate`), bytes.
+LIBRARIES = 8e8
+
 #: Own options: how much is shown (`unmodelled.base.progress`).
 SHOWN = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
 
@@ -139,6 +142,7 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     from yaml import YAMLError
 
     from unmodelled.base.errors import BadInput
+    from unmodelled.base.limits import check_address_space
     from unmodelled.base.progress import mode
     from unmodelled.cli.call import call
     from unmodelled.cli.overrides import check_words, explained
@@ -154,6 +158,7 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     task = partial(call, program)
     task.__module__, task.__name__ = call.__module__, call.__name__  # type: ignore[attr-defined]  # Hydra asks
     try:
+        check_address_space(LIBRARIES)
         check_words(program, verb, rest)
         hydra.main(version_base="1.3", config_path=program.folder(verb), config_name=verb)(task)()
     except BadInput as error:
