@@ -48,7 +48,6 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("simulate +horizont=1", "unknown key 'horizont'; did you mean 'horizon'?"),
         ("simulate ~horizont", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
         ("simulate ~horizon", "horizon: can be neither removed nor changed so: give horizon=..."),
-        ("train split={a:1}", "split: can be neither removed nor changed so: give split="),
         ("simulate model=hybrid", f"unknown key 'model' of simulate, must be one of {SIMULATE}"),
         ("simulate systems/pendulum.yaml", f"logs must be given: logs=... {KEYS}"),
         ("simulate systems/pendulum.yaml logs more", f"'more' is not key=value {KEYS}"),

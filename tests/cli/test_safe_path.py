@@ -75,7 +75,7 @@ def test_no_verb_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
 def test_no_sweep_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     here = hostile(recorded(tmp_path) / "here")
     (script := tmp_path / "program.py").write_text("from unmodelled.__main__ import console\nconsole()\n")
-    words = ("init", "-m", "logs=../a.npz", "out=null", "robot=../none,../neither")
+    words = ("init", "-m", "logs=../a.npz", "robot=../none,../neither")
     more = {"PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": None, "EXP_LAUNCHER": "joblib"}
     done = python(script, *words, cwd=here, **more)
     assert done.returncode == 2 and "Done   2 out of   2" in done.stderr, done.stderr
