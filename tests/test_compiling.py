@@ -10,10 +10,14 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import psutil
 import pytest
 
 import pipeline
 import unmodelled
+from tests.commands import python
+from unmodelled.base import compiling, limits
+from unmodelled.base.errors import BadInput
 
 PACKAGES = [Path(str(package.__file__)).parent for package in (unmodelled, pipeline)]
 ROOT = PACKAGES[0].parent
@@ -133,6 +137,22 @@ def test_what_is_kept_stays_where_a_group_may_write_to_new_files(program: Path, 
 
 
 @pytest.mark.long
+def test_too_little_address_space_is_told_before_the_compiler_ends_the_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    taken = psutil.Process().memory_info().vms
+    monkeypatch.setattr(limits.resource, "getrlimit", lambda _: (taken + 20_000_000, -1))
+    with pytest.raises(BadInput, match=r"the limit on the address space .* raise the limit \(ulimit -v\)"):
+        compiling.compiled(lambda x: 2.0 * x)(1.0)
+
+
+def test_settings_in_the_working_folder_choose_no_folder_of_compiled_functions(tmp_path: Path) -> None:
+    (tmp_path / ".numba_config.yaml").write_text(f"cache_dir: {tmp_path}\ndisable_jit: 1\n")
+    code = "from unmodelled.base.compiling import numba as n; print(n.config.CACHE_DIR, n.config.DISABLE_JIT)"
+    told = python("-c", code, cwd=tmp_path, PYTHONPATH=str(ROOT), NUMBA_CACHE_DIR=None).stdout
+    assert told.split() == ["0"]
+
+
 def test_beside_the_program_only_those_may_write_who_may_write_the_program(program: Path) -> None:
     assert run(program) == [8.0, 0.0]
     (program / "__pycache__").chmod(0o777)

@@ -1,6 +1,8 @@
 """Writing survives a full disk, a folder that cannot be written, two runs at once and kills at any moment."""
 
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -18,7 +20,7 @@ from pipeline.stages.acquire import acquire
 from tests.commands import ROOT, python
 from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import put_folder, read_json, replacing, replacing_folder, write_json
+from unmodelled.base.files import copy_results, put_folder, read_json, replacing, replacing_folder, write_json
 from unmodelled.base.ownership import MARKER, RECORD
 from unmodelled.base.parquet import write_parquet
 from unmodelled.learning.checkpoint import write_checkpoint
@@ -328,3 +330,38 @@ def test_two_runs_at_once_never_mix(tmp_path: Path) -> None:
     texts, numbers = written(tmp_path)
     assert len(texts) == 1 and len(numbers) == 1
     assert {p.name for p in tmp_path.iterdir()} == {"out", "file.json"}
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_results_of_a_stranger_are_copied_without_what_lies_elsewhere(tmp_path: Path, listed: bool) -> None:
+    """A link to a file or a folder, a pipe, a hidden file, and a file that the verb did not list."""
+    folder, secret = tmp_path / "theirs", tmp_path / "secrets" / "key"
+    for file in (secret, folder / "tables" / "a.csv", folder / ".hidden"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("1")
+    (folder / "key").symlink_to(secret)
+    (folder / "tables" / "keys").symlink_to(secret.parent)
+    os.mkfifo(folder / "pipe")
+    named = ["tables/a.csv", "key", "tables/keys/key", "tables/keys", "pipe", "../secrets/key", ".hidden"]
+    if listed:
+        (folder / MARKER).write_text(json.dumps({"made_by": "diagnose", "files": named}))
+        (folder / "unlisted").write_text("1")
+    copy_results(folder, tmp_path / "copy")
+    assert files_of(tmp_path / "copy") == {"tables/a.csv": b"1"}
+
+
+def test_a_copy_to_a_full_disk_names_the_result(tmp_path: Path) -> None:
+    (tmp_path / "made_elsewhere").write_text(1000 * "x")
+    full = "machine.fmu: cannot be written: No space left on device"
+    with pytest.raises(BadInput, match=full), replacing(tmp_path / "machine.fmu") as temporary:
+        temporary.symlink_to("/dev/full")
+        shutil.copyfile(tmp_path / "made_elsewhere", temporary)
+
+
+def test_a_sparse_file_among_results_is_refused_before_it_is_copied(tmp_path: Path) -> None:
+    (tmp_path / "theirs").mkdir()
+    with (tmp_path / "theirs" / "tables.csv").open("wb") as file:
+        file.truncate(20 * 10**9)
+    with pytest.raises(BadInput, match=r"tables\.csv: is too large"):
+        copy_results(tmp_path / "theirs", tmp_path / "copy")
+    assert files_of(tmp_path / "copy") == {}

@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from pathlib import Path
+
+# with -m, Python looks for modules in the working folder first, where files of a stranger may lie beside logs
+if __name__ == "__main__" and not sys.flags.safe_path and sys.path[0] != str(Path(__file__).parents[1]):
+    del sys.path[0]
+
+from unmodelled.base.workers import SAFE_PATH
 from unmodelled.cli.command_line import run
 from unmodelled.cli.program import LIBRARY, Program, version
 
@@ -10,6 +19,7 @@ PROGRAM = Program("unmodelled", (LIBRARY,), version)
 
 def console() -> None:
     """Run the command line."""
+    os.environ |= SAFE_PATH  # of all processes that libraries start
     run(PROGRAM)
 
 

@@ -1,6 +1,7 @@
 """Read published archives in their original form: a zip file or a folder, and its tables."""
 
 import io
+import os
 import warnings
 import zipfile
 import zlib
@@ -14,6 +15,7 @@ import pandas as pd
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file, check_memory
+from unmodelled.base.search import Search
 from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER
 
 
@@ -32,7 +34,8 @@ class Archive:
         self._zip: zipfile.ZipFile | None = None
         check_file(self.path, 0.0)  # of any size: its members are read one at a time
         if self.path.is_dir():
-            files = (p for p in self.path.rglob("*") if not p.is_dir())
+            search = Search(lambda why: BadInput(f"{self.path}: {why}: give the folder of the archive"))
+            files = (p for p in search.below(self.path) if not os.path.isdir(p))  # noqa: PTH112 - some refuse it
             self.members = sorted(p.relative_to(self.path).as_posix() for p in files)
         elif self.path.is_file():
             try:

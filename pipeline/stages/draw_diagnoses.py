@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 from functools import partial
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.files import copy_results, read_json, replacing_folder, write_json
 from unmodelled.base.jobs import run_jobs
 from unmodelled.base.ownership import verb
 
@@ -33,7 +32,7 @@ def draw_diagnoses(diagnoses: Path, workers: int, out: Path) -> None:
 def _draw(diagnosis: Path, out: Path) -> None:
     from unmodelled.report.figures.files import write_figures
 
-    shutil.copytree(diagnosis, out, ignore=shutil.ignore_patterns(".*"))
+    copy_results(diagnosis, out)
     for figure, fault in write_figures(out).items():
         raise BadInput(f"{diagnosis}: {figure} could not be drawn: {fault}") from fault
     listed = out / "figures" / "figures.json"

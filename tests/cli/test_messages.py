@@ -47,6 +47,7 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("simulate horizont=1", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
         ("simulate +horizont=1", "unknown key 'horizont'; did you mean 'horizon'?"),
         ("simulate ~horizont", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
+        ("simulate ~horizon", "horizon: can be neither removed nor changed so: give horizon=..."),
         ("simulate model=hybrid", f"unknown key 'model' of simulate, must be one of {SIMULATE}"),
         ("simulate systems/pendulum.yaml", f"logs must be given: logs=... {KEYS}"),
         ("simulate systems/pendulum.yaml logs more", f"'more' is not key=value {KEYS}"),

@@ -1,5 +1,6 @@
 """A value on the command line is of the kind that its config file has."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -65,6 +66,35 @@ def test_what_is_of_the_same_kind_is_taken(changes: dict[str, Any]) -> None:
 def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(BadInput, match=words):
         check_kinds(WRITTEN | changes, WRITTEN)
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (["diagnose", "system=a", "logs=b", "options=[]"], "options: must be a mapping, got '[]'"),
+        (["diagnose", "system=a", "logs=b", "options=5"], "options: must be a mapping, got '5'"),
+        (["diagnose", "system=a", "logs=b", "options=[level]"], "options: must be a mapping"),
+        (["train", "model={features: [1]}"], "model.features: must be a text"),
+        (["simulate", "-m", "system=a", "logs=b", "hydra.sweeper._target_=x"], "hydra: Invalid plugin 'x'"),
+        (["simulate", "-m", "system=a", "logs=b", "hydra.launcher=5"], "check the keys hydra.<...>"),
+    ],
+)
+def test_what_is_no_mapping_and_no_plug_in_is_refused(
+    command: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, said = exit_code(*command), capsys.readouterr().err
+    assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
+    assert words in said
+
+
+def test_a_working_folder_that_was_removed_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (gone := tmp_path / "gone").mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert exit_code("simulate", "system=/a", "logs=/b", "out=/tmp/c") == 2
+    assert "the working folder was removed, change to another one" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

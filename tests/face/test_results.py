@@ -140,6 +140,18 @@ def test_a_saved_answer_is_read_back(answer: um.Answer, tmp_path: Path) -> None:
     assert um.simulate(read, logs).value == pytest.approx(um.simulate(answer, logs).value)
 
 
+def test_an_answer_of_a_stranger_is_saved_without_what_its_links_show(
+    answer: um.Answer, tmp_path: Path
+) -> None:
+    answer.save(tmp_path / "theirs", pages=False)
+    (tmp_path / "secrets").mkdir()
+    (tmp_path / "secrets" / "key").write_text("secret")
+    (tmp_path / "theirs" / "key.csv").symlink_to(tmp_path / "secrets" / "key")
+    (tmp_path / "theirs" / "figures").symlink_to(tmp_path / "secrets")
+    um.read_answer(tmp_path / "theirs").save(tmp_path / "mine", pages=False)
+    assert {path.name for path in (tmp_path / "mine").iterdir()} == {*FILES, MARKER}
+
+
 def test_a_folder_without_an_answer_is_refused(tmp_path: Path) -> None:
     with pytest.raises(um.BadInput, match=r"diagnosis.json: no such file"):
         um.read_answer(tmp_path)

@@ -17,8 +17,8 @@ import pytest
 
 from tests.fuzz.inputs import complaint
 from tests.measurements.recorders import RECORDERS
-from tests.measurements.systems import motor, run
-from tests.measurements.test_mapping import write
+from tests.measurements.systems import motor, run, write, write_tables
+from unmodelled.base import search
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.cli.verbs.init import init
 from unmodelled.logs.folder import read_logs
@@ -108,6 +108,18 @@ def test_the_ending_of_a_text_does_not_unpack_it(tmp_path: Path, ending: str) ->
         tables(tmp_path / f"b.{ending}")
 
 
+@pytest.mark.parametrize(("suffix", "rows"), [("csv", 60), ("parquet", 600)])
+def test_long_texts_do_not_lengthen_other_cells(tmp_path: Path, suffix: str, rows: int) -> None:
+    """As texts of equal length the column would take 1.6 GB."""
+    log: dict[str, Any] = {**run(20_000), "trial": ["one"] * 20_000}
+    log["trial"][6000 : 6000 + rows] = [20_000 * "x"] * rows
+    write_tables(tmp_path, {"a": log}, suffix)
+    with within(30.0, 150.0):
+        init(tmp_path / f"a.{suffix}", None, None, tmp_path / "drafts")
+        found = read_logs(write(tmp_path, {}, files=f"a.{suffix}", split_by="trial"), motor())
+    assert found.ids == ("one-1", 100 * "x", "one-2")
+
+
 def tidy(folder: Path, name: str) -> None:
     """A log folder of one run whose file has this name."""
     write(folder, {"a": run(60)})
@@ -173,11 +185,31 @@ def test_patterns_of_many_folders_end(tmp_path: Path) -> None:
     deep = tmp_path.joinpath(*["d"] * 25)
     deep.mkdir(parents=True)
     write(deep, {"a": run(60)})
-    place = write(tmp_path, {}, files="**/**/**/**/**/**/*.csv")
-    with within(1.0, 60.0):
-        assert read_logs(place, motor()).ids == ("a",)
-        write(tmp_path, {}, files="**/*/**/*/**/*/**/*.csv")
-        assert "more than 2 parts '**'" in complaint(lambda f: read_logs(f, motor()), place, "mapping.yaml")
+    # the last pattern meets a link to a folder above
+    above = "../" * 40 + str(tmp_path)[1:]
+    for files in ("**/**/**/**/**/*.csv", "**/*/**/*/**/*/**/*.csv", f"{above}/**/a.*", "**/*.csv"):
+        with within(1.0, 60.0):
+            assert read_logs(write(tmp_path, {}, files=files), motor()).ids == ("a",)
+        if files == f"{above}/**/a.*":
+            (deep / "up").symlink_to(tmp_path)
+
+
+@pytest.mark.parametrize(("limit", "value"), [("ENTRIES", 30), ("SECONDS", 0.0)])
+def test_a_search_of_a_whole_machine_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limit: str, value: float
+) -> None:
+    """The limits are lower here, for a whole machine takes its time."""
+    monkeypatch.setattr(search, limit, value)
+    for number in range(40):
+        (tmp_path / f"other{number}").touch()
+    place = write_tables(tmp_path / "logs", {"a": run(60)})
+    for files in (
+        "../" * 40 + str(tmp_path)[1:] + "/**/*.csv",
+        f"{tmp_path}/**/etc/**/x",
+        f"{tmp_path}/*/a*/*",
+    ):
+        write(place, {}, files=files)
+        assert "to look through" in complaint(lambda f: read_logs(f, motor()), place, "mapping.yaml")
 
 
 def bag(folder: Path) -> Path:

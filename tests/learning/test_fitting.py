@@ -25,6 +25,7 @@ from unmodelled import BadInput, Evaluation, Fit, Logs, System, evaluate, one_pe
 from unmodelled.learning import fitting
 from unmodelled.learning.adam import Adam
 from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.checkpoint import read_checkpoint, write_checkpoint
 from unmodelled.learning.held_out import free_runs, learned_efforts, measured_samples
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.recipe import refused, required
@@ -71,6 +72,15 @@ def test_a_saved_fit_predicts_the_same(name: str, three_runs: Data, tmp_path: Pa
     first, second = (evaluate(f, three_runs[1]) for f in (fit, again))
     for key, table in first.tables().items():
         pd.testing.assert_frame_equal(second.tables()[key], table)
+
+
+def test_a_fit_with_another_key_of_the_integration_is_refused(fit: Fit, tmp_path: Path) -> None:
+    fit.save(tmp_path / "fit")
+    content = read_checkpoint(tmp_path / "fit" / "model.pt")
+    content["about"]["integration"]["order"] = 2
+    write_checkpoint(tmp_path / "fit" / "model.pt", content)
+    with pytest.raises(BadInput, match=r"model\.pt: integration: has the unknown key 'order'"):
+        Fit.load(tmp_path / "fit")
 
 
 def test_models_are_judged_on_what_they_were_not_trained_on(fit: Fit, three_runs: Data) -> None:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from unmodelled.api.named_effect import ComparisonTable, GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.base.files import replacing_folder
+from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.sure_numbers import as_said
@@ -260,16 +260,15 @@ class Answer:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
         out, page = Path(folder), lambda into: write_page(into, self._command)
-        shown = pages and (self.folder / TABLES).is_dir()  # figures and page are made from the tables
-        parts = {"figures": write_figures, PAGE: page} if shown else {}
-        drawn = {name: write for name, write in parts.items() if not (self.folder / name).exists()}
-        left_out = shutil.ignore_patterns(".*", *(() if pages else (LIVE,)))
         sources = {"answer": str(self.folder), **self._sources}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
-            shutil.copytree(self.folder, new, ignore=left_out, dirs_exist_ok=True)
+            copy_results(self.folder, new, () if pages else (LIVE,))
             if not (out / SUMMARY).exists():  # an older answer stays whole until this one is
                 with replacing_folder(out) as bare:
                     shutil.copytree(new, bare, dirs_exist_ok=True)
+            shown = pages and (new / TABLES).is_dir()  # figures and page are made from the tables
+            parts = {"figures": write_figures, PAGE: page} if shown else {}
+            drawn = {name: write for name, write in parts.items() if not (new / name).exists()}
             notes = with_parts(new, self.content, drawn)["notes"]
         return tuple(notes[len(self.notes) :])
 

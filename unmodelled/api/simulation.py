@@ -104,7 +104,7 @@ class Simulation:
         simulated; a simulated value that diverged is cut ten standard deviations from the measured one.
         """
         logs, run = self.logs, self.gap.run
-        columns: dict[str, Any] = {"experiment": np.array(logs.ids)[logs.owner], "t": logs.t}
+        columns: dict[str, Any] = {"experiment": np.array(logs.ids, object)[logs.owner], "t": logs.t}
         columns["window"] = run.window
         for j, name in enumerate(logs.outputs):
             columns |= {f"{name}_measured": logs.y[:, j], f"{name}_simulated": run.y[:, j]}

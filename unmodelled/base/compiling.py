@@ -26,9 +26,12 @@ from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import check_address_space
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+#: Address space that LLVM takes, at most, to compile the functions of a simulation (measured: 50 MB), bytes.
+COMPILER = 1e8
 #: Advice for a folder that cannot be the cache.
 _ADVICE = "choose another with NUMBA_CACHE_DIR and HYBRID_DYNAMICS_CACHE"
 
@@ -127,6 +130,11 @@ class UserWide(_AsItsRoom, caching.UserWideCacheLocator):  # type: ignore[misc]
 class _Kept(caching.FunctionCache):  # type: ignore[misc]
     """Numba cache that prints a note if a function cannot be saved, instead of failing."""
 
+    def load_overload(self, *asked: Any) -> Any:
+        """Load a function; numba asks before it compiles one."""
+        check_address_space(COMPILER)
+        return super().load_overload(*asked)
+
     def save_overload(self, *compiled: Any) -> None:
         before = os.umask(0o077)
         os.umask(before | 0o022)  # the file would be removed at the next start
@@ -146,6 +154,9 @@ _OURS = (f"{__name__}.{kind.__name__}" for kind in (Chosen, InTree, UserWide))
 #: Numba's own ones for the functions of a notebook, and of a zip.
 LOCATORS = ",".join([*_OURS, "IPythonCacheLocator", "ZipCacheLocator"])
 
+# Numba also takes settings, such as the cache folder, from a file of this name in the working folder
+numba.config._config_fname = os.devnull
+numba.config.reload_config()
 # LLVM by itself uses half of such a register
 if (_here := binding.get_host_cpu_features()).get("avx512f") and not numba.config.CPU_FEATURES:
     numba.config.CPU_FEATURES = f"{_here.flatten()},-prefer-256-bit"

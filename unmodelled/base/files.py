@@ -8,7 +8,7 @@ import json
 import math
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
@@ -25,8 +25,11 @@ from unmodelled.base.ownership import (
     check_replaceable,
     mark,
     missing_marker,
+    results_in,
 )
 
+#: Bytes of results that are copied, at most: far more than an answer has; a sparse file can have any size.
+LARGEST = 1e9
 #: Of Linux's renameat2: the working directory as the start of relative paths, and the exchange (linux/fs.h).
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 #: What a system or a file system says that cannot exchange two names.
@@ -84,8 +87,23 @@ def extending_folder(path: Path) -> Iterator[Path]:
     """Yield a copy of the folder `path`, to which the block adds files; it replaces `path` as a whole."""
     with replacing_folder(path) as new:
         if path.is_dir():
-            shutil.copytree(path, new, ignore=shutil.ignore_patterns(MARKER, RECORD), dirs_exist_ok=True)
+            ignored = shutil.ignore_patterns(MARKER, RECORD)
+            shutil.copytree(path, new, symlinks=True, ignore=ignored, dirs_exist_ok=True)
         yield new
+
+
+def copy_results(folder: Path, new: Path, but: Collection[str] = ()) -> None:
+    """Copy the results below a folder, also of a stranger: no links, and no files whose name is in `but`."""
+    size = 0
+    for name in results_in(folder):
+        source, copy = folder / name, new / name
+        if source.name in but:
+            continue
+        size += source.lstat().st_size
+        if size > LARGEST:
+            raise BadInput(f"{source}: is too large: results of up to {LARGEST / 1e9:g} GB are copied")
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(source, copy, follow_symlinks=False)
 
 
 def put_folder(new: Path, path: Path) -> None:
@@ -99,7 +117,7 @@ def put_folder(new: Path, path: Path) -> None:
     check_replaceable(path, whole=True)
     mark(new, path)
     if (path / RECORD).is_dir():
-        shutil.copytree(path / RECORD, new / RECORD, dirs_exist_ok=True)
+        shutil.copytree(path / RECORD, new / RECORD, symlinks=True, dirs_exist_ok=True)
     old = _temporary(path)
     try:
         if not exchange(new, path):
@@ -164,8 +182,9 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)
     own = (str(temporary), *map(str, path.parents), str(path))
-    if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
-        return f"{error.filename}: {reason}"
+    name = error.filename2 or error.filename  # of a copy, where to; shutil names its source first
+    if name and not str(name).startswith(own[0]) and str(name) not in own:
+        return f"{name}: {reason}"
     # a folder that is itself on its way has another name for a user
     shown = ON_ITS_WAY.sub(r"\1", str(path))
     return f"{shown}: cannot be written: {reason}"

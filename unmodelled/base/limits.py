@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import stat
@@ -44,10 +45,18 @@ def check_file(path: Path, factor: float = 1.0) -> None:
         about = path.stat()
     except (OSError, ValueError):
         return
-    if kind := _KINDS.get(stat.S_IFMT(about.st_mode)):
+    kind = _KINDS.get(stat.S_IFMT(about.st_mode))
+    if kind is None and about.st_size == 0 and _of_kernel(path):
+        kind = "made by the kernel"
+    if kind:
         raise BadInput(f"{path}: is {kind}, not a regular file: copy what it gives into a file")
     if stat.S_ISREG(about.st_mode):
         check_memory(path, factor * about.st_size)
+
+
+def _of_kernel(path: Path) -> bool:
+    """Whether a file is on no disk: the kernel makes its content when it is read, or lets the reader wait."""
+    return any(Path(os.path.realpath(path)).is_relative_to(place) for place in ("/proc", "/sys"))
 
 
 def check_memory(what: Path | str, needed: float) -> None:
@@ -58,6 +67,16 @@ def check_memory(what: Path | str, needed: float) -> None:
             f"{what}: is too large: would take {_shown(needed)} of memory, {_shown(left)} are free and "
             f"{_shown(_allowed(left))} of them the most for it: give fewer rows or experiments, or free some "
             "memory"
+        )
+
+
+def check_address_space(needed: float) -> None:
+    """Refuse to go on where less address space is left: libraries written in C end the process without it."""
+    left = _left_to_process()
+    if resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY and left < needed:
+        raise BadInput(
+            f"the limit on the address space of this process leaves {_shown(left)}, and {_shown(needed)} are "
+            "needed: raise the limit (ulimit -v)"
         )
 
 

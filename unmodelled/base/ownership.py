@@ -7,6 +7,7 @@ import inspect
 import json
 import os
 import re
+import stat
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import OBJECTS, check_file
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -259,6 +261,7 @@ def _text(content: Mapping[str, Any]) -> str:
 
 def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
     """Return the verb and the listed files (None if none are listed) of a marker; None without a marker."""
+    check_file(marker, OBJECTS)
     try:
         content = json.loads(marker.read_text()) if marker.is_file() else None
     except (OSError, ValueError, RecursionError):
@@ -281,6 +284,20 @@ def _files_in(folder: Path) -> Iterator[str]:
         for found in (here / name for name in (*files, *links)):
             if found != folder / MARKER:
                 yield found.relative_to(folder).as_posix()
+
+
+def results_in(folder: Path) -> Iterator[str]:
+    """Yield the results below a folder as relative paths: the files that its marker lists, if it lists some.
+
+    Hidden files, links, pipes and devices are no results.
+    """
+    stamp = _stamp(folder / MARKER)
+    listed = None if stamp is None else stamp[1]
+    for name in _files_in(folder):
+        if any(part.startswith(".") for part in Path(name).parts) or not (listed is None or name in listed):
+            continue
+        if stat.S_ISREG((folder / name).lstat().st_mode):
+            yield name
 
 
 def _on_its_way(path: Path) -> bool:

@@ -19,6 +19,9 @@ T = TypeVar("T", bound=Executor)
 NUMERICAL = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 #: The same for processes that work side by side: numba, too, uses one.
 THREADS = (*NUMERICAL, "NUMBA_NUM_THREADS")
+#: Environment variable with which a new Python does not look for modules in its working folder, where files
+#: of a stranger may lie beside logs.
+SAFE_PATH = {"PYTHONSAFEPATH": "1"}
 #: Signals that end a program: Ctrl-C, and the request of `kill`, `timeout`, a container or a cluster.
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 #: Message of a program that one of them ended.
@@ -53,10 +56,10 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
     process has none of the threads of its parent and may wait for them forever.
     """
     context = get_context(get_start_method(allow_none=True) or "spawn")
-    with _environment(PYTHONWARNINGS=_warnings()):
+    with _environment(**SAFE_PATH, PYTHONWARNINGS=_warnings()):
         resource_tracker.ensure_running()  # would undo the mask of the first process
     with (
-        _environment(**dict.fromkeys(THREADS, "1")),
+        _environment(**SAFE_PATH, **dict.fromkeys(THREADS, "1")),
         _ended(_Processes(workers, context, _watch_parent), waits=True) as pool,
     ):
         yield pool

@@ -24,7 +24,7 @@ from unmodelled.base.extras import missing
 from unmodelled.base.progress import mode
 from unmodelled.cli.overrides import checked_paths
 from unmodelled.cli.program import Program
-from unmodelled.cli.refusal import refuse
+from unmodelled.cli.refusal import raised_in, refuse
 from unmodelled.cli.written import written
 
 #: What a full disk, or one that nothing can be written to, says, wherever it is.
@@ -91,11 +91,7 @@ def _cause(error: InstantiationException) -> BaseException:
 
 def _is_call(error: BaseException) -> bool:
     """Whether a call failed as such, because the configuration has other keys than the function."""
-    trace = error.__traceback__
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    inside = trace.tb_frame.f_globals["__name__"] if trace is not None else ""
-    return isinstance(error, TypeError) and str(inside).startswith("hydra.")
+    return isinstance(error, TypeError) and raised_in(error).startswith("hydra.")
 
 
 def _leave(error: BaseException) -> NoReturn:

@@ -17,6 +17,9 @@ from unmodelled.cli.program import Program
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
 
+#: Address space that the libraries of a verb take when they are loaded (measured for `simulate`), bytes.
+LIBRARIES = 8e8
+
 #: Own options: how much is shown (`unmodelled.base.progress`).
 SHOWN = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
 
@@ -139,10 +142,11 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     from yaml import YAMLError
 
     from unmodelled.base.errors import BadInput
+    from unmodelled.base.limits import check_address_space
     from unmodelled.base.progress import mode
     from unmodelled.cli.call import call
     from unmodelled.cli.overrides import check_words, explained
-    from unmodelled.cli.refusal import refuse
+    from unmodelled.cli.refusal import raised_in, refuse
 
     if _sweeps(rest) and any(r.startswith("out=") for r in rest):
         own = "every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>"
@@ -154,6 +158,7 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     task = partial(call, program)
     task.__module__, task.__name__ = call.__module__, call.__name__  # type: ignore[attr-defined]  # Hydra asks
     try:
+        check_address_space(LIBRARIES)
         check_words(program, verb, rest)
         hydra.main(version_base="1.3", config_path=program.folder(verb), config_name=verb)(task)()
     except BadInput as error:
@@ -161,7 +166,13 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     except (HydraException, OmegaConfBaseException, ValueError, YAMLError) as error:
         return refuse(BadInput(explained(error, program, verb, rest)))
     except OSError as error:  # the folder of the run
-        return refuse(BadInput(f"{error.filename}: {error.strerror}"))
+        place = error.filename or "the working folder was removed, change to another one"
+        return refuse(BadInput(f"{place}: {error.strerror}"))
+    except Exception as error:
+        # what Hydra makes of its own keys; a verb's own exception comes home in hydra.core.utils
+        if not raised_in(error).startswith("hydra.") or raised_in(error) == "hydra.core.utils":
+            raise
+        return refuse(BadInput(f"hydra: {error}: check the keys hydra.<...> of the command"))
     folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
     if _sweeps(rest) and Path(folder).is_dir() and mode() != "quiet":
         print(f"wrote {folder}; compare its runs: {program.name} compare {folder}", file=sys.stderr)

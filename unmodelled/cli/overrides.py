@@ -28,7 +28,10 @@ LARGEST = 2**32
 
 
 #: What stands for a key that is null in its config file, by the annotation of the stage's argument.
-INSTEAD = {"str": "", "Path": "", "int": -1, "float": -1.0, "list[str]": [""], "list[float]": [-1.0]}
+INSTEAD = {
+    **{"str": "", "Path": "", "int": -1, "float": -1.0, "list[str]": [""], "list[float]": [-1.0]},
+    "Mapping[str, float]": dict[str, float](),
+}
 
 
 def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
@@ -116,8 +119,11 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
         meant = f"; did you mean {near!r}?" if near else "."
         return f"{group}={choice}: there is no such choice{meant} Choices: {', '.join(error.options)}"
     if found := re.match(r"Could not (?:override|delete from config\.) '([^']+)'", text):
-        choices = [word for word in words if program.is_choice(word)]
-        return f"unknown key {found[1]!r} of {verb}{_either(found[1], _keys(program, verb, choices))}"
+        keys = _keys(program, verb, [word for word in words if program.is_choice(word)])
+        if found[1] in keys:
+            named = "|".join(program.choices(verb).get(found[1], ["..."]))
+            return f"{found[1]}: can be neither removed nor changed so: give {found[1]}={named}"
+        return f"unknown key {found[1]!r} of {verb}{_either(found[1], keys)}"
     if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*?)' 1\. ", text):
         place = f"{found[1]}: commas separate the runs of a sweep (-m)"
         return f"{place}; as a text write {quoted(found[1], found[2])}"

@@ -113,7 +113,8 @@ class Program:
 
     def is_choice(self, override: str) -> bool:
         """Tell whether an override such as `model=hybrid` chooses a configuration file."""
-        return any((source.conf / override.split("=")[0]).is_dir() for source in self.sources)
+        group, _, choice = override.partition("=")
+        return not choice.startswith("{") and any((source.conf / group).is_dir() for source in self.sources)
 
     def folder(self, verb: str) -> str:
         """Return the folder of the verb's own configuration file, with which Hydra starts."""

@@ -21,3 +21,11 @@ def refuse(error: BadInput) -> int:
     rest = [f"... and {count - len(also)} more"] if count > len(also) else []
     print("\n".join([f"error: {error}{more}", *also, *rest]), file=sys.stderr)
     return 2
+
+
+def raised_in(error: BaseException) -> str:
+    """Return the name of the module in which an exception was raised."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return str(trace.tb_frame.f_globals["__name__"]) if trace is not None else ""

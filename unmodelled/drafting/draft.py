@@ -163,7 +163,8 @@ def _split_by(tables: Sequence[Table], used: Set[str]) -> str | None:
     found: dict[str, int] = {}
     for table in tables:
         for name, cells in (*table.columns.items(), *table.texts.items()):
-            parts = _stretches(np.asarray(cells))
+            # texts as objects, or every cell would become as long as the longest
+            parts = _stretches(np.asarray(cells, None if name in table.columns else object))
             if parts > 1 and table.address(name) not in used and _is_part(name, table):
                 found[name] = max(found.get(name, 0), parts)
     return min(found, key=lambda name: abs(np.log(found[name] / WANTED)), default=None)

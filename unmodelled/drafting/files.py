@@ -9,6 +9,7 @@ from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.limits import check_file
+from unmodelled.base.search import Search
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.logs.readers.known import read_files, reader_of
 from unmodelled.logs.readers.reader import Table
@@ -103,7 +104,8 @@ def _places(folder: Path) -> list[Path]:
     """The files below a folder that may be experiments, and the folders that stand for one."""
     if _is_bag(folder):
         return [folder]
-    entries = [path for path in sorted(folder.rglob("*"))[:SEEN] if not _is_hidden(path, folder)]
+    search = Search(lambda why: BadInput(f"{folder}: {why}: give the folder of the logs"))
+    entries = [path for path in sorted(search.below(folder))[:SEEN] if not _is_hidden(path, folder)]
     for path in entries:
         if not path.is_file() and not path.is_dir():
             check_file(path)  # says what a pipe or a device is

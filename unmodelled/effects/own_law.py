@@ -20,6 +20,7 @@ from unmodelled.effects.place import Kind, Place, Site
 from unmodelled.effects.scales import Scales
 from unmodelled.systems import grammar
 from unmodelled.systems.model import Input, Output, Parameter, System, symbol
+from unmodelled.systems.numeric import vanishes
 from unmodelled.systems.printing import printed
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.units import parse_logged
@@ -117,7 +118,7 @@ class Law(LawEffect):
         if not self._amplitudes:
             raise BadInput(f"{self._where}: numbers: needs one without `like`, at zero of which it is absent")
         rest = self._expression.xreplace(dict.fromkeys(map(symbol, self._amplitudes), sp.S.Zero))
-        if sp.simplify(rest - self._parsed(ABSENT[self.at])) != 0:
+        if not vanishes(rest - self._parsed(ABSENT[self.at])):
             zero = " = ".join(self._amplitudes)
             raise BadInput(
                 f"{self._where}: formula: must be {ABSENT[self.at]} where {zero} = 0, not {rest}; give "

@@ -28,11 +28,12 @@ from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
 NUMBERS = ("repeats", "seed", "horizon", "epochs", "seconds")
-#: What `model.pt` says beside the weights.
+#: What `model.pt` says of the integration, and beside the weights.
+INTEGRATION = {"period": float, "method": frozenset({"euler", "rk4"}), "substeps": int, "hold": float}
 SHAPE = {
     **{"repeats": int, "seed": int, "horizon": int, "epochs": int, "seconds": float, "folds": [str]},
     **{"trained_on": {"*": [str]}, "trainable": [str], "diverged": [[(str, int)]]},
-    "integration": {"period": float, "method": frozenset({"euler", "rk4"}), "substeps": int, "hold": float},
+    "integration": INTEGRATION,
     "networks": [{"port": str, "inputs": [str], "hidden": int, "label": str}],
 }
 
@@ -189,6 +190,8 @@ class Fit:
         path, system = folder / "model.pt", read_system(folder / "system.yaml")
         about = read_checkpoint(path)["about"]
         check_shape(path, about, SHAPE)
+        if foreign := sorted({*map(str, about["integration"])} - {*INTEGRATION}):
+            raise BadInput(f"{path}: integration: has the unknown key {foreign[0]!r}: train again")
         networks = tuple(
             Network(n["port"], network_inputs(system, n["inputs"]), n["hidden"], n["label"])
             for n in about["networks"]

@@ -110,5 +110,5 @@ def learned_efforts(model: Nnap, logs: Logs, trained: Mapping[str, Indices], rep
     seen = np.stack([np.isin(logs.owner, rows) for rows in trained.values() for _ in range(repeats)])
     count = seen.sum(axis=0)
     mean = np.where(seen[..., None], z, 0.0).sum(axis=0) / np.maximum(count, 1)[:, None]
-    table = pd.DataFrame({"id": np.array(logs.ids)[logs.owner], "t": logs.t})
+    table = pd.DataFrame({"id": np.array(logs.ids, object)[logs.owner], "t": logs.t})
     return table.assign(**{name: mean[:, k] for k, name in enumerate(names)})[count > 0]

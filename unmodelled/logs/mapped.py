@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, Faults, closest
@@ -35,6 +36,8 @@ from unmodelled.logs.signals import Channel, channels_of
 from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
 
+#: Characters of a cell that name a part of a record; a number tells parts apart whose names are equal so far.
+LONGEST = 100
 #: Cells of an experiment in the table (id, file and constants of the mapping), and its log.
 _Experiment = tuple[list[str], Columns]
 
@@ -160,7 +163,8 @@ def _split(
         runs = [run for run in every if len(run) >= SHORTEST_LOG] or every
         short = f"runs of {column.name!r} with fewer than {SHORTEST_LOG} samples, left out"
         _tell(told, short, len(every) - len(runs))
-        parts = [(f"{name}-{cells[run[0]]}" if files > 1 else str(cells[run[0]]), run) for run in runs]
+        of = [str(cells[run[0]])[:LONGEST] for run in runs]
+        parts = [(f"{name}-{part}" if files > 1 else part, run) for part, run in zip(of, runs, strict=True)]
     again = [(label, part) for label, run in parts for part in parts_of(t, run)]
     _tell(told, "starts of time within a file, where another experiment begins", len(again) - len(parts))
     labels = [label for label, _ in again]
@@ -233,11 +237,16 @@ def _described(record: Record, base: Found, rows: Indices, t: Array, column: Col
     return str(values[0])
 
 
-def _texts(found: Found) -> np.ndarray[tuple[int], np.dtype[np.str_]]:
-    """The cells of a column as text, numbers as short as they are exact; "" where there is none."""
+def _texts(found: Found) -> NDArray[np.object_]:
+    """The cells of a column as text, numbers as short as they are exact; "" where there is none.
+
+    Equal cells are one object, or a text in every row would take its length times the rows.
+    """
     if found.numbers is None:
-        return np.array([re.sub(r"\s+", " ", str(cell)).strip() for cell in found.table.texts[found.name]])
-    return np.array(["" if np.isnan(v) else _shortest(float(v)) for v in found.numbers])
+        cells = found.table.texts[found.name]
+        known = {cell: re.sub(r"\s+", " ", str(cell)).strip() for cell in dict.fromkeys(cells)}
+        return np.array([known[cell] for cell in cells], object)
+    return np.array(["" if np.isnan(v) else _shortest(float(v)) for v in found.numbers], object)
 
 
 def _shortest(value: float) -> str:

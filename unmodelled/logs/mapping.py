@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import os
 import re
 from collections.abc import Mapping
@@ -11,6 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.search import Search
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.time_units import seconds_of
 from unmodelled.systems.document import Node, load_yaml
@@ -23,8 +23,6 @@ SCHEMA = "mapping/1"
 #: Name of a mapping that stands in a log folder in place of experiments.csv.
 MAPPING = "mapping.yaml"
 _ENDINGS = (".yaml", ".yml")
-#: Most parts `**` of a pattern: each of them looks at all folders below every folder that the last one found.
-FOLDERS = 2
 _WITH_UNIT = re.compile(r"\s*(?P<number>[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-zµμ]+)\s*", re.ASCII)
 _HERTZ = tuple(-exponent for exponent in SECOND)
 
@@ -88,23 +86,18 @@ class LogMapping:
 
     def paths(self) -> dict[str, Path]:
         """Return the files and folders that the patterns match, by the id of their experiment, in order."""
-        found: dict[Path, None] = {}
-        for k, pattern in enumerate(self.files):
-            # Path.glob takes no pattern with ".." and none that is absolute
-            plain = re.sub(r"(\*\*/+)+", "**/", pattern)  # the same files, found once
-            if plain.count("**") > FOLDERS:
-                raise self.node.entries()["files"].wrong(
-                    f"files[{k}]: {shown(pattern)} has more than {FOLDERS} parts '**': name the folders"
-                )
-            names = glob.glob(plain, root_dir=self.path.parent, recursive=True)  # noqa: PTH207
-            named = [os.path.normpath(self.path.parent / name) for name in names]
-            paths = sorted(Path(name) for name in named if Path(name).name != MAPPING)
-            if not paths:
-                raise self.node.entries()["files"].wrong(
-                    f"files[{k}]: {shown(pattern)} matches no file beside the mapping: correct the pattern"
-                )
-            found |= dict.fromkeys(paths)
-        return _named(list(found))
+        found = (path for k, pattern in enumerate(self.files) for path in self._matches(k, pattern))
+        return _named(list(dict.fromkeys(found)))
+
+    def _matches(self, k: int, pattern: str) -> list[Path]:
+        """Paths that one of the patterns matches, in order."""
+        node, place = self.node.entries()["files"], f"files[{k}]: {shown(pattern)}"
+        search = Search(lambda why: node.wrong(f"{place} {why}: name the folders"))
+        named = map(os.path.normpath, search.matches(self.path.parent, pattern))
+        paths = sorted(path for path in map(Path, named) if path.name != MAPPING)
+        if not paths:
+            raise node.wrong(f"{place} matches no file beside the mapping: correct the pattern")
+        return paths
 
 
 def _named(paths: list[Path]) -> dict[str, Path]:

@@ -80,7 +80,7 @@ class Measurements:
 
         Outputs are as logged, unwrapped; inputs are as they act, after their delay.
         """
-        columns: dict[str, Any] = {"experiment": np.array(self.ids)[self.owner], "t": self.t}
+        columns: dict[str, Any] = {"experiment": np.array(self.ids, object)[self.owner], "t": self.t}
         columns |= {name: self.y[:, j] for j, name in enumerate(self.outputs)}
         columns |= {name: self.u[:, j] for j, name in enumerate(self.inputs) if name not in columns}
         return pd.DataFrame(columns)

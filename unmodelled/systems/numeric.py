@@ -16,6 +16,8 @@ from unmodelled.systems.tables import Table
 
 SystemFunction = Callable[[Any, Any, Any, Any, Any, Any], Array]
 
+#: Random points at which an expression is compared with zero, and its rounding error in its largest terms.
+POINTS, ROUNDING = 40, 1e-9
 #: What the functions with corners mean in numpy; `lookup` needs the tables of a system.
 NUMPY: dict[str, Callable[..., Any]] = {
     "sgn": np.sign,
@@ -57,6 +59,32 @@ def numpy_system_function(
         return result
 
     return function
+
+
+def vanishes(expression: sp.Expr) -> bool:
+    """Return whether an expression is zero, but for rounding, at random values of its symbols.
+
+    Values of either sign and of 0.001 to 1000 are tried. To simplify an expression instead can take hours.
+    """
+    if expression.has(sp.zoo, sp.oo, sp.nan):
+        return False
+    symbols = tuple(sorted(expression.free_symbols, key=str))
+    draw = np.random.default_rng(0).uniform
+    at = draw(-1.0, 1.0, (len(symbols), POINTS)) * 10.0 ** draw(-3.0, 3.0, (len(symbols), POINTS))
+    code = _code((expression, _size(expression)), symbols, ())
+    with np.errstate(all="ignore"):
+        value, size = (np.broadcast_to(found, POINTS) for found in code(*at))
+    known = np.isfinite(value) & np.isfinite(size)
+    return bool(known.any() and (np.abs(value) <= ROUNDING * np.abs(size))[known].all())
+
+
+def _size(expression: sp.Expr) -> sp.Expr:
+    """Size of the terms of an expression, which their sum can be far below: all of them positive."""
+    if isinstance(expression, sp.Add | sp.Mul):
+        return expression.func(*map(_size, expression.args))
+    if isinstance(expression, sp.Pow) and expression.exp.is_Integer and expression.exp > 0:
+        return _size(expression.base) ** expression.exp
+    return sp.Abs(expression)
 
 
 @lru_cache(maxsize=256)

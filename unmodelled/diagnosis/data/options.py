@@ -68,6 +68,8 @@ class Options:
         names = [f.name for f in fields(cls)]
         if given is None or isinstance(given, Options):
             found = given or DEFAULT_OPTIONS
+        elif not isinstance(given, Mapping):
+            raise BadInput(f"options: must be a mapping such as {{level: 0.99}}, got {str(given)[:60]!r}")
         else:
             for name in given:
                 if name not in names:

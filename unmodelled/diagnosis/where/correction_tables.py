@@ -103,7 +103,7 @@ def _part(diagnosis: Diagnosis, corrections: Corrections, k: int) -> pd.DataFram
     columns = dict.fromkeys(PORT, np.full(len(recording.start), np.nan))
     found = zip(_columns(place, corrections), coordinates.of(place), strict=True)
     columns |= {column: each.values for column, each in found}
-    ids = np.array(recording.logs.ids)
+    ids = np.array(recording.logs.ids, object)
     middle = recording.start + recording.steps // 2
     return pd.DataFrame(
         {

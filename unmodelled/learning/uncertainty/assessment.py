@@ -161,5 +161,5 @@ class Assessment:
         low, high = densities["monte_carlo"].window().T
         y = low + np.linspace(-0.05, 1.05, CURVE)[:, None] * (high - low)
         columns = {name: density.density(y).T.ravel() for name, density in densities.items()}
-        ids = np.repeat(np.array(self.problem.ids), CURVE)
+        ids = np.repeat(np.array(self.problem.ids, object), CURVE)
         return pd.DataFrame({"alpha_of": of, "id": ids, "y": y.T.ravel(), **columns})

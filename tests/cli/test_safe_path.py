@@ -1,0 +1,82 @@
+"""Nothing that lies in the working folder is executed, in this process or in those that it starts."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.commands import ROOT, python
+from unmodelled.__main__ import PROGRAM
+
+#: A program as `pip` installs it, which calls several verbs.
+SCRIPT = """
+import json, sys
+from unmodelled.__main__ import PROGRAM
+from unmodelled.cli.command_line import main
+
+if __name__ == "__main__":
+    for words in json.loads(sys.argv[1]):
+        try:
+            code = main(PROGRAM, words)
+        except SystemExit as left:
+            code = left.code
+        print(words[0], code)
+"""
+#: Words of a verb that reads logs and then ends.
+READS = ("system=../draft/system.yaml", "logs=../draft")
+#: Keys that a verb needs besides; what does not exist is refused after the logs were read, or at once.
+MORE = {
+    "init": ("logs=../a.npz", "out=../draft"),
+    "diagnose": (*READS, "out=../answer", "horizon=1000"),
+    "simulate": (*READS, "out=../run"),
+    "identifiability": (*READS, "out=../study", "parameters=[none]"),
+    "identify_uncertainty": (*READS, "out=../distribution", "event=none"),
+    "train": (*READS, "out=../fit", "device=none"),
+    "evaluate": (*READS, "out=../judged", "fits=../none"),
+    "next": (*READS, "out=../proposal", "answer=../none", "limits=../none"),
+    "plan": ("system=../draft/system.yaml", "out=../plan", "limits=../none"),
+    "export": ("system=../draft/system.yaml", "out=../machine.fmu"),
+    "compare": ("runs=..", "out=../table"),
+    "report": ("answers=..", "out=../page"),
+}
+
+
+def hostile(folder: Path) -> Path:
+    """A folder with a module of every name of the standard library, which says that it was executed."""
+    folder.mkdir()
+    told = f"open({str(folder / 'executed')!r}, 'a').write(__name__ + ' ')\nraise ImportError(__name__)\n"
+    for name in {*sys.stdlib_module_names, "sitecustomize", "numpy", "hydra_plugins"}:
+        (folder / f"{name}.py").write_text(told)
+    return folder
+
+
+def recorded(folder: Path) -> Path:
+    """A recording in a format that a process of its own reads."""
+    t = np.arange(400) * 0.01
+    np.savez(folder / "a.npz", t=t, theta=np.sin(t), u=np.cos(3.0 * t))
+    return folder
+
+
+def test_no_verb_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
+    assert {*MORE} == {*PROGRAM.verbs}
+    here = hostile(recorded(tmp_path) / "here")
+    (script := tmp_path / "program.py").write_text(SCRIPT)
+    commands = json.dumps([[verb, *words, "-q"] for verb, words in MORE.items()])
+    done = python(script, commands, cwd=here, PYTHONPATH=str(ROOT), PYTHONSAFEPATH=None)
+    codes = dict(line.split() for line in done.stdout.splitlines() if line.partition(" ")[0] in MORE)
+    assert codes.keys() == MORE.keys() and codes["init"] == codes["simulate"] == "0", done.stderr
+    assert {*codes.values()} <= {"0", "2"} and "Traceback" not in done.stderr, done.stderr
+    assert not (here / "executed").exists(), (here / "executed").read_text()
+
+
+@pytest.mark.long
+def test_no_sweep_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
+    here = hostile(recorded(tmp_path) / "here")
+    (script := tmp_path / "program.py").write_text("from unmodelled.__main__ import console\nconsole()\n")
+    words = ("init", "-m", "logs=../a.npz", "robot=../none,../neither")
+    more = {"PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": None, "EXP_LAUNCHER": "joblib"}
+    done = python(script, *words, cwd=here, **more)
+    assert done.returncode == 2 and "Done   2 out of   2" in done.stderr, done.stderr
+    assert not (here / "executed").exists(), (here / "executed").read_text()
