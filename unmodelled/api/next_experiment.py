@@ -16,9 +16,9 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
-from unmodelled.design.content import content, experiment, predictions, sentences
+from unmodelled.design.content import content, drawn_limits, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
-from unmodelled.design.runs import write_experiment
+from unmodelled.design.written import write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 
 if TYPE_CHECKING:
@@ -61,21 +61,25 @@ class NextExperiment:
         return experiment(self.design)
 
     def predictions(self) -> pd.DataFrame:
-        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value."""
+        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value.
+
+        The kinds lowest and highest are the ends of the predictions with all draws of the numbers.
+        """
         return predictions(self.design)
 
     def plot(self) -> Figure:
-        """Draw the inputs, and the outputs that every model predicts."""
+        """Draw the inputs and the outputs that every model predicts, with limits and all draws of numbers."""
         from unmodelled.report.figures.results import next_experiment as drawn  # loads matplotlib
         from unmodelled.report.figures.style import verbatim
 
         with verbatim():
-            return drawn(self.predictions())
+            return drawn(self.predictions(), drawn_limits(self.content))
 
     def save(self, folder: Path | str) -> None:
         """Write experiment.csv, next.json, the table predictions and the figure next_experiment.svg.
 
-        The experiment is read back and compared with the limits before anything is kept.
+        The experiment is read back, simulated with every model and compared with the limits before anything
+        is kept.
 
         Args:
             folder: folder that is new, empty or holds an older proposal; replaced as a whole.
@@ -87,8 +91,8 @@ class NextExperiment:
         from unmodelled.report.figures.style import save, verbatim
 
         with writing("next", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
-            about = self.design
-            write_experiment(about.found.u, about.system, about.criterion.limits, new / EXPERIMENT)
+            u, system, criterion = self.design.found.u, self.design.system, self.design.criterion
+            write_experiment(u, system, criterion.limits, new / EXPERIMENT, criterion.watched)
             write_json(new / SUMMARY, self.content)
             write_table(self.predictions(), new / PREDICTIONS)
             with verbatim(), replacing(new / FIGURE) as temporary:
