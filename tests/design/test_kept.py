@@ -85,7 +85,8 @@ KINDS = {
         *(of_pendulum, lambda x: x),
     ),
     "heater": Kind(
-        *(HEATER, ""),
+        HEATER,
+        "",
         "duration: 60\ninputs: {power: {low: 0, high: 200, rate: 50}}\n"
         "travel: {T: {high: 60}}\nstart: {T: 20}\n",
         lambda x, u, n: [(u - n["G"] * (x[0] - 290.0)) / n["C"]],

@@ -142,11 +142,13 @@ class Rival:
         """Return the lowest and the highest value of every number, shape (numbers, 2), SI, within its bounds.
 
         They are those of the answer; of a number that the answer leaves open or does not have, those of the
-        fit.
+        fit. What only smooths a corner of a law keeps its value.
         """
         found = []
+        effects = self.fitted.hypothesis.effects
+        smooth = {n for e in effects for n in e.shapes if n not in {*e.reported, *e.delays}}
         for k, (unknown, value) in enumerate(zip(self._unknowns, self.values.values(), strict=True)):
-            half = HALF_INTERVAL * _within(self._fitted_deviation(k), unknown)
+            half = HALF_INTERVAL * _within(self._fitted_deviation(k), unknown) * (unknown.name not in smooth)
             known = self.known.get(unknown.name)
             if known is not None and np.isfinite(known.doubt):
                 ends = known.low, known.high

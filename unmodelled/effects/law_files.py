@@ -49,7 +49,10 @@ def laws_of_answer(entries: Sequence[Any], file: Path) -> tuple[Law, ...]:
     for node in as_node([*entries], file, "laws").items():
         own = dict(node.fields(("name", "formula", "numbers"), ("at", "only")))
         found.append(_read(own.pop("name").text(), replace(node, content=own)))
-    return given_laws(found)
+    try:
+        return given_laws(found)
+    except BadInput as fault:
+        raise BadInput(f"{file}: {fault}") from None
 
 
 def _read(name: str, node: Node) -> Law:
