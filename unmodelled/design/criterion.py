@@ -102,6 +102,7 @@ class Criterion:
         """
         named, u = self.rivals[0], u[None]
         excess = np.max([each[0] for each in self._excesses(u, True)], axis=0)
+        excess = np.maximum(excess, self._excess(u, False))
         runs = [self._outputs(named, u, *each) for each in named.around_draws]
         y, slopes = (np.concatenate([each[k] for each in runs]) for k in range(2))
         after = np.linalg.norm(named.root @ _root_after(slopes), axis=-1)

@@ -151,11 +151,11 @@ class Rival:
             half = HALF_INTERVAL * _within(self._fitted_deviation(k), unknown) * (unknown.name not in smooth)
             known = self.known.get(unknown.name)
             if known is not None and np.isfinite(known.doubt):
-                ends = known.low, known.high
+                ends = [known.low, known.high]
             else:
-                ends = value - half, value + half
-            ends = np.clip([min(ends), max(ends)], unknown.low, unknown.high)
-            found.append([min(ends[0], value), max(ends[1], value)])
+                ends = [value - half, value + half]
+            ends = np.clip(ends, unknown.low, unknown.high).tolist()
+            found.append([min(*ends, value), max(*ends, value)])
         return np.array(found).reshape(-1, 2)
 
     @cached_property
