@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -163,3 +163,20 @@ def test_no_machine_that_the_answer_allows_leaves_its_travel(
     assert own.low <= y.min() and y.max() <= own.high, (y.min(), y.max())
     system = criterion.rivals[0].fitted.hypothesis.study.system
     write_experiment(u, system, limits, tmp_path / "experiment.csv", criterion.watched)
+
+
+def test_a_torque_just_above_breakaway_is_judged_by_the_ends_of_the_interval(tmp_path: Path) -> None:
+    """The fitted friction keeps the travel, the lower end of its interval leaves it, the upper end creeps."""
+    kind = replace(
+        KINDS["axis"],
+        limits=ROTARY % (-0.58, 0.58),
+        values=lambda _: {"b": 0.03, "mgl": 0.0, "F_c": 0.15},
+    )
+    criterion, _ = planted(kind, tmp_path, np.random.default_rng(0))
+    (named,), limits = criterion.rivals, criterion.limits
+    u = np.full((limits.samples, 1), 0.153)
+    u[[0, -1]] = 0.0
+    assert limits.excess(named.runs(u[None], limits, named.sets[0][:1])[1][:, 0]) == 0.0
+    found, row = criterion.promise(u), list(named.values).index("F_c")
+    assert criterion(u[None]).excess > 0.0 and found.excess.max() > 0.0 and criterion.worth(u) < -1.0
+    assert found.after[:, row].max() > 10.0 * found.after[:, row].min()
