@@ -48,8 +48,8 @@ class NextExperiment:
     def odds(self) -> pd.DataFrame:
         """Return the probabilities that an experiment tells the named effects from each alternative.
 
-        Columns: alternative, proposed, chirp, random (0.5 is chance; nan where a reference experiment keeps
-        the limits at no amplitude).
+        Columns: alternative, proposed, chirp, random (0.5 is chance; means over draws of the numbers from
+        their intervals; nan where a reference experiment keeps the limits at no amplitude).
         """
         rows = [{"alternative": each["label"], **each["odds"]} for each in self.content["alternatives"]]
         numbers = ["proposed", "chirp", "random"]
@@ -114,6 +114,9 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
     the error of the named model over whole runs. If the answer lists no alternatives, the experiment
     narrows the intervals of the named effects' numbers.
 
+    The experiment begins and ends at rest. It keeps the limits, with 5 % of the travel to spare, for 20 draws
+    of all models' numbers from their intervals, and promises the mean over these draws.
+
     Args:
         answer: answer of a diagnosis, also one that `read_answer` has read.
         limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
@@ -126,7 +129,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
 
     Raises:
         BadInput: when the answer is damaged or asks to check the logs, its system file or logs have moved,
-            the limits cannot be used, or no experiment keeps them.
+            the limits cannot be used, or no experiment keeps them for all numbers of the answer.
 
     Examples:
         >>> import tempfile, unmodelled as um
