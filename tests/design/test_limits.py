@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.machines.folders import changed, system_of, text_of
+from tests.machines.folders import Array, changed, system_of, text_of
 from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
 from unmodelled.design.limits import Limits, far_from_logs, read_limits
 from unmodelled.design.plan_content import _effect, _size, effects_table
 from unmodelled.design.planned import read_inputs
-from unmodelled.design.runs import write_experiment
 from unmodelled.design.signals import FAMILIES
 from unmodelled.design.visible import Visible
+from unmodelled.design.written import write_experiment
 from unmodelled.effects.actuator_offset import ActuatorOffset
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread
@@ -60,6 +60,11 @@ def known_units() -> list[str]:
 @pytest.fixture(scope="module")
 def tank(tmp_path_factory: pytest.TempPathFactory) -> System:
     return system_of(text_of("loaded_tank.yaml"), tmp_path_factory.mktemp("tank"))
+
+
+def unmoved(_: Array) -> tuple[Array, ...]:
+    """Models that travel limits do not concern."""
+    return ()
 
 
 def in_unit(system: System, name: str) -> System:
@@ -105,13 +110,14 @@ def test_every_unit_is_written_within_its_limits(tank: System, tmp_path: Path, n
         assert limits.travel["h"].low == pytest.approx(low, rel=1e-12), name
         for family in FAMILIES[:2]:
             u = family.inputs(z, limits)[0]
-            write_experiment(u, system, limits, tmp_path / "experiment.csv")
+            write_experiment(u, system, limits, tmp_path / "experiment.csv", unmoved)
             table = pd.read_csv(tmp_path / "experiment.csv")  # what a machine would run
             assert table["q"].between(-3.0 - 1e-7, 12.5 + 1e-7).all(), name
             assert np.abs(np.diff(table["q"])).max() <= 40.0 * 0.02 + 1e-6, name
-            assert table["q"].iloc[0] == 0.0, name  # it starts at the zero of its own scale
+            assert table["q"].iloc[0] == table["q"].iloc[-1] == 0.0, name  # the zero of its own scale
             assert np.ptp(table["q"]) > 1.0, name
-            (again,) = read_inputs(tmp_path / "experiment.csv", system, limits).values()
+            still = replace(limits, travel={})
+            (again,) = read_inputs(tmp_path / "experiment.csv", system, still).values()
             np.testing.assert_allclose(again, u, rtol=0, atol=1e-8 * (np.abs(u).max() + abs(to_si(item, 0))))
 
 
@@ -131,11 +137,11 @@ def test_an_experiment_in_wrong_units_is_not_kept(
     u = FAMILIES[0].inputs(np.full((1, FAMILIES[0].size), 0.9), limits)[0]
     monkeypatch.setattr(LoggedUnit, "from_si", lambda self, values: values * factor + 300.0)
     with pytest.raises(BadInput, match=r"experiment.csv: row \d+: column q: .* beyond the limits") as error:
-        write_experiment(u, system, limits, tmp_path / "experiment.csv")
+        write_experiment(u, system, limits, tmp_path / "experiment.csv", unmoved)
     assert "\n" not in str(error.value) and not (tmp_path / "experiment.csv").exists()
     monkeypatch.setattr(LoggedUnit, "from_si", lambda self, values: 0.0 * values + 1.0)
     with pytest.raises(BadInput, match="other inputs than designed"):
-        write_experiment(u, system, limits, tmp_path / "experiment.csv")
+        write_experiment(u, system, limits, tmp_path / "experiment.csv", unmoved)
     assert not (tmp_path / "experiment.csv").exists()
 
 

@@ -120,9 +120,9 @@ def test_a_chirp_is_proposed_where_no_experiment_promises_more(
 def test_a_simulation_that_diverges_tells_nothing(found: NextExperiment) -> None:
     """Its numbers are finite, and their squares are not."""
     named = found.design.criterion.rivals[0]
-    y = np.zeros((1, 1 + len(named.values), 10, 1))
+    y, steps = np.zeros((1, 1 + len(named.values), 10, 1)), named.sets[1]
     y[:, 1:, 5:] = np.array([1e200, -1e200, np.inf, np.nan, 1e13])[:, None]
-    assert distance(weighted(named, y), weighted(named, y[:, :, ::-1])) == 0.0
+    assert distance(weighted(y, steps), weighted(y[:, :, ::-1], steps)) == 0.0
 
 
 def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:
@@ -273,6 +273,51 @@ def test_an_edit_is_named(
     assert message in str(error.value)
 
 
+LAW: dict[str, Any] = {
+    "name": "drag",
+    "formula": "c*v*abs(v)",
+    "numbers": {"c": {"unit": "N s^2/m^2", "plausible": 0.1, "low": 0.0}},
+    "at": "port",
+    "only": ["rail"],
+}
+
+
+def test_laws_of_an_answer_are_read_as_those_of_a_file(case: Path, answer: dict[str, Any]) -> None:
+    system, logs = read_case(case)
+    (law,) = check_answer(system, logs, answer | {"laws": [LAW]})
+    assert law.definition == LAW
+    refused = 0
+    for place in edits(LAW):
+        for value in (*WRONG, float("nan"), {"b": [[[[[[1]]]]]]}, "v" * 500):
+            try:
+                check_answer(system, logs, answer | {"laws": [edited(LAW, place, value)]})
+            except BadInput as fault:
+                refused += 1
+                assert "\n" not in str(fault)
+    assert refused > 100
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"colour": "red"}, r"laws\[0\].colour: unknown key 'colour'"),
+        ({"only": 5}, r"laws\[0\].only: must be a list, got '5'"),
+        ({"only": "rail"}, r"laws\[0\].only: must be a list"),
+        ({"numbers": {"c": LAW["numbers"]["c"] | {"low": "a"}}}, "numbers.c.low: must be a number, got 'a'"),
+        ({"numbers": {"c": LAW["numbers"]["c"] | {"low": []}}}, "numbers.c.low: must be a number"),
+        ({"numbers": {"c": LAW["numbers"]["c"] | {"lowest": 1}}}, "unknown key 'lowest'"),
+        ({"name": "coulomb_friction"}, "the name is taken"),
+    ],
+    ids=lambda e: next(iter(e)) if isinstance(e, dict) else "",
+)
+def test_a_law_of_an_answer_that_no_file_has_is_one_line(
+    case: Path, answer: dict[str, Any], changed: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(BadInput, match=message) as error:
+        proposed(case, **answer | {"laws": [LAW | changed]})
+    assert "\n" not in str(error.value) and str(error.value).startswith("answer: ")
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("value", [None, 0, -1, 1e-308, 1e90])
 @pytest.mark.parametrize("key", ["value", "interval"])
@@ -282,7 +327,10 @@ def test_a_number_that_an_edit_left_plausible_is_designed_with(
     monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 0)
     monkeypatch.setattr("unmodelled.design.design.REFINED", 0)
     answer["effects"][0]["parameters"]["F"][key] = value if key == "value" else [value, 1.0]
-    assert np.isfinite(proposed(case, **answer).odds["proposed"]).all()
+    try:
+        assert np.isfinite(proposed(case, **answer).odds["proposed"]).all()
+    except BadInput as fault:  # no experiment keeps the limits for every number of so wide an interval
+        assert "within the intervals of the answer" in str(fault) and key == "interval"
 
 
 def test_the_answer_says_where_its_system_and_logs_are(
@@ -324,8 +372,13 @@ def test_an_interval_that_stays_as_wide_is_not_narrowed(proposed: float, said: s
     found = {
         **{"start": {}, "duration": 4.0, "family": "chirp", "alternatives": [], "criterion": "intervals"},
         **{"inputs": {"i": {"low": -0.7, "high": 0.7, "rate": None, "unit": "mA"}}, "notes": []},
-        "numbers": {"F_c": {"after": after, "before": 2.2248e-4, "unit": "N m", "value": 0.006}},
+        "travel": {"x": {"low": None, "high": 3.0, "rate": 2.0, "unit": "mm"}},
+        "numbers": {
+            "F_c": {"after": after, "worst": after, "before": 2.2248e-4, "unit": "N m", "value": 0.006}
+        },
     }
     (line,) = [line for line in sentences(found) if "interval" in line]
     assert said in line
     assert ("widen the limits" in line) == line.startswith("no experiment")
+    (limits,) = [line for line in sentences(found) if line.startswith("limits")]
+    assert limits.endswith("x up to 3 mm, at most 2 mm/s")

@@ -16,9 +16,9 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
-from unmodelled.design.content import content, experiment, predictions, sentences
+from unmodelled.design.content import content, drawn_limits, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
-from unmodelled.design.runs import write_experiment
+from unmodelled.design.written import write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ class NextExperiment:
     def odds(self) -> pd.DataFrame:
         """Return the probabilities that an experiment tells the named effects from each alternative.
 
-        Columns: alternative, proposed, chirp, random (0.5 is chance; nan where a reference experiment keeps
-        the limits at no amplitude).
+        Columns: alternative, proposed, chirp, random (0.5 is chance; means over draws of the numbers from
+        their intervals; nan where a reference experiment keeps the limits at no amplitude).
         """
         rows = [{"alternative": each["label"], **each["odds"]} for each in self.content["alternatives"]]
         numbers = ["proposed", "chirp", "random"]
@@ -61,21 +61,25 @@ class NextExperiment:
         return experiment(self.design)
 
     def predictions(self) -> pd.DataFrame:
-        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value."""
+        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value.
+
+        The kinds lowest and highest are the ends of the predictions with all draws of the numbers.
+        """
         return predictions(self.design)
 
     def plot(self) -> Figure:
-        """Draw the inputs, and the outputs that every model predicts."""
+        """Draw the inputs and the outputs that every model predicts, with limits and all draws of numbers."""
         from unmodelled.report.figures.results import next_experiment as drawn  # loads matplotlib
         from unmodelled.report.figures.style import verbatim
 
         with verbatim():
-            return drawn(self.predictions())
+            return drawn(self.predictions(), drawn_limits(self.content))
 
     def save(self, folder: Path | str) -> None:
         """Write experiment.csv, next.json, the table predictions and the figure next_experiment.svg.
 
-        The experiment is read back and compared with the limits before anything is kept.
+        The experiment is read back, simulated with every model and compared with the limits before anything
+        is kept.
 
         Args:
             folder: folder that is new, empty or holds an older proposal; replaced as a whole.
@@ -87,8 +91,8 @@ class NextExperiment:
         from unmodelled.report.figures.style import save, verbatim
 
         with writing("next", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
-            about = self.design
-            write_experiment(about.found.u, about.system, about.criterion.limits, new / EXPERIMENT)
+            u, system, criterion = self.design.found.u, self.design.system, self.design.criterion
+            write_experiment(u, system, criterion.limits, new / EXPERIMENT, criterion.watched)
             write_json(new / SUMMARY, self.content)
             write_table(self.predictions(), new / PREDICTIONS)
             with verbatim(), replacing(new / FIGURE) as temporary:
@@ -110,6 +114,9 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
     the error of the named model over whole runs. If the answer lists no alternatives, the experiment
     narrows the intervals of the named effects' numbers.
 
+    The experiment begins and ends at rest. It keeps the limits, with 5 % of the travel to spare, for 20 draws
+    of all models' numbers from their intervals, and promises the mean over these draws.
+
     Args:
         answer: answer of a diagnosis, also one that `read_answer` has read.
         limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
@@ -122,7 +129,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
 
     Raises:
         BadInput: when the answer is damaged or asks to check the logs, its system file or logs have moved,
-            the limits cannot be used, or no experiment keeps them.
+            the limits cannot be used, or no experiment keeps them for all numbers of the answer.
 
     Examples:
         >>> import tempfile, unmodelled as um

@@ -18,9 +18,9 @@ from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
 from unmodelled.design.limits import Limits, read_limits
 from unmodelled.design.plan_content import effects_table, plan_content, plan_lines
-from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
-from unmodelled.design.runs import DIGITS, frame, write_experiment
+from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs, watched_by
 from unmodelled.design.visible import Alike, Visible, alike, visible
+from unmodelled.design.written import DIGITS, ends_notes, frame, rest_notes, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
@@ -38,6 +38,7 @@ class Plan:
         alike: pairs of effects that would look alike.
         seed: seed of the experiments and of the noise.
         sources: system file and limits, by name; "" for what was in memory only.
+        notes: inputs that do not begin and end at rest; default none.
     """
 
     system: System
@@ -47,11 +48,13 @@ class Plan:
     alike: tuple[Alike, ...]
     seed: int
     sources: Mapping[str, str]
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def content(self) -> dict[str, Any]:
         """Return the content of plan.json."""
-        return plan_content(self.system, self.limits, self.inputs, self.effects, self.alike, self.seed)
+        about = plan_content(self.system, self.limits, self.inputs, self.effects, self.alike, self.seed)
+        return about | {"notes": list(self.notes)}
 
     def table(self) -> pd.DataFrame:
         """Return a row per effect.
@@ -68,7 +71,7 @@ class Plan:
     def save(self, folder: Path | str) -> None:
         """Write plan.json, effects.csv, and the experiments as CSV files into the folder `experiments`.
 
-        Every experiment is read back and compared with the limits before anything is kept.
+        Every experiment is read back, simulated and compared with the limits before anything is kept.
 
         Args:
             folder: folder that is new, empty or holds an older plan; replaced as a whole.
@@ -81,8 +84,10 @@ class Plan:
             write_json(new / "plan.json", self.content)
             with replacing(new / "effects.csv") as temporary:
                 self.table().to_csv(temporary, index=False, float_format=DIGITS)
+            watch, chosen = watched_by(self.system, self.limits), not self.sources["inputs"]
             for name, u in self.inputs.items():
-                write_experiment(u, self.system, self.limits, new / "experiments" / f"{name}.csv")
+                file = new / "experiments" / f"{name}.csv"
+                write_experiment(u, self.system, self.limits, file, watch, chosen)
 
     def __repr__(self) -> str:
         return "\n".join(plan_lines(self.content))
@@ -144,4 +149,6 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
     say("compute what every effect changes")
     found = visible(system, logs, np.array([bounds.noise[output.name] for output in system.outputs]))
     sources = {"system": system.source, "limits": str(limits), "inputs": str(inputs or "")}
-    return Plan(system, bounds, chosen, tuple(found), tuple(alike(found)), seed, sources)
+    tables = [(name, frame(u, system, bounds)) for name, u in (given or {}).items()]
+    notes = ends_notes(tables, system, bounds) if given else rest_notes(system, bounds)
+    return Plan(system, bounds, chosen, tuple(found), tuple(alike(found)), seed, sources, tuple(notes))

@@ -10,6 +10,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.diagnosis.answer.sentences import VERDICTS
 from unmodelled.diagnosis.fitting.checks import check, check_seed
+from unmodelled.effects.law_files import laws_of_answer
+from unmodelled.effects.own_law import Law
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -36,16 +38,20 @@ SHAPE = {
     "parameters": {"*": {"identified": _NUMBER, "interval": [_NUMBER]}},
     "gap": {"horizon": float, "units": {"*": {"augmented": _NUMBER, "augmented_whole_run": _NUMBER}}},
     "where": {"experiments": [{"id": str}]},
-    "laws?": [{"name": str, "formula": str, "numbers": {"*": {"unit": str, "plausible": float}}, "at": str}],
+    "laws?": [{}],
 }
 
 
-def check_answer(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
-    """Refuse an answer that is damaged, is of another machine or other logs, or asks to check the logs."""
+def check_answer(system: System, logs: Logs, answer: Mapping[str, Any]) -> tuple[Law, ...]:
+    """Return the laws of an answer.
+
+    Refuse an answer that is damaged, is of another machine or other logs, or asks to check the logs.
+    """
     try:
         check_shape(Path("answer"), answer, SHAPE)
         check_seed(answer["seed"])
         _check_numbers(answer)
+        laws = laws_of_answer(answer.get("laws", []), Path("answer"))
     except BadInput as fault:
         raise BadInput(f"{fault}: diagnose again") from None
     if answer["system"] != system.name:
@@ -62,6 +68,7 @@ def check_answer(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
         if name not in answer["gap"]["units"]:
             raise BadInput(f"answer: gap.units: has no output {name}: diagnose again")
     check(system, logs, float(answer["gap"]["horizon"]))
+    return laws
 
 
 def _check_names(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:

@@ -14,15 +14,16 @@ from unmodelled.base.wording import number, unit_text
 from unmodelled.design.criterion import GAIN, BestSensor, Value, odds
 from unmodelled.design.design import Design
 from unmodelled.design.limits import Limits, units_of
-from unmodelled.design.rivals import HALF_INTERVAL
-from unmodelled.design.runs import frame, start_of
+from unmodelled.design.rivals import DRAWS, HALF_INTERVAL
+from unmodelled.design.runs import shown_start
+from unmodelled.design.written import frame
 from unmodelled.effects.added import Added
 from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit
 
-SCHEMA = "next/2"
+SCHEMA = "next/3"
 #: Probability below which an experiment does not tell two models apart, and digits of a number.
 TOLD, DIGITS = 0.75, 8
 
@@ -35,9 +36,11 @@ def content(design: Design) -> dict[str, Any]:
     normal distribution function at half of `distance`, in standard deviations); `sensor`, the further
     sensor that would help most, with `odds` by alternative (null without alternatives); `numbers` with
     half 95 % intervals before and after each experiment; `shows`, lowest, highest and last output by
-    model; null for a reference that keeps no limits at any amplitude. `start`, `operating_point`,
-    `inputs` (the limits that the experiment keeps), `shows`, and `shown` of a number are in the units of
-    the system file, which stand beside the values.
+    model; null for a reference that keeps no limits at any amplitude. `odds` and `after` are means over
+    `draws` sets of numbers from the intervals of the answer, `worst` those of the worst draw. `start`,
+    `operating_point`, `inputs` and `travel` (the limits that the experiment keeps, `travel` with the ends
+    that any model reaches at any draw), `shows`, and `shown` of a number are in the units of the system
+    file, which stand beside the values.
     """
     criterion = design.criterion
     values = {"proposed": design.value, **design.compared}
@@ -51,13 +54,16 @@ def content(design: Design) -> dict[str, Any]:
         "family": design.found.family.name,
         "criterion": "distance" if others else "intervals",
         **conditions(design.system, criterion.limits, design.found.u[0]),
+        "travel": _travel(design),
+        "draws": DRAWS,
         "named": named.label,
         "alternatives": [
             {
                 "label": other.label,
                 "effect": dict(entry),
-                "distance": float(design.value.distances[0, k]),
-                "odds": {name: _odds(value, k) for name, value in values.items()},
+                "distance": float(design.value.distance[k]),
+                "odds": {n: v and float(v.odds[:, k].mean()) for n, v in values.items()},
+                "worst": {n: v and float(v.odds[:, k].min()) for n, v in values.items()},
             }
             for k, (other, entry) in enumerate(zip(others, design.alternatives, strict=True))
         ],
@@ -76,30 +82,33 @@ def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
     """
     units = units_of(system)
     inputs = zip(system.inputs, limits.written, strict=True)
-    start = zip(system.states, start_of(system, limits, limits.c, u), strict=True)
+    start = shown_start(system, limits, u)
     constants = {item.name: (limits.constants[item.name], item.as_written) for item in system.operating_point}
     return {
         "inputs": {
             item.name: {"low": own.low, "high": own.high, "rate": own.rate, "unit": item.column_unit}
             for item, own in inputs
         },
-        "start": {state.name: _amount(value, units[state.name]) for state, value in start},
+        "start": {name: _amount(value, units[name]) for name, value in start.items()},
         "operating_point": {name: _amount(*pair) for name, pair in constants.items()},
     }
 
 
 def kept(found: Mapping[str, Any]) -> str:
-    """Return the limits of the inputs in words.
+    """Return the limits of inputs and travel in words.
 
     Examples:
         >>> kept({"inputs": {"i": {"low": -800.0, "high": 800.0, "rate": None, "unit": "mA"}}})
         'i −800 to 800 mA'
     """
     ranges = []
-    for name, own in found["inputs"].items():
+    for name, own in {**found["inputs"], **found.get("travel", {})}.items():
         unit = unit_text(own["unit"])
-        rate = "" if own["rate"] is None else f", at most {number(own['rate'])} {unit}/s"
-        ranges.append(f"{name} {number(own['low'])} to {number(own['high'])} {unit}".rstrip() + rate)
+        rate = "" if own["rate"] is None else f"at most {number(own['rate'])} {unit}/s"
+        low, high = ("" if own[end] is None else number(own[end]) for end in ("low", "high"))
+        span = f"{low} to {high}" if low and high else f"from {low}" if low else f"up to {high}"
+        parts = [f"{span} {unit}".rstrip() if low or high else "", rate]
+        ranges.append(f"{name} {', '.join(filter(None, parts))}")
     return "; ".join(ranges)
 
 
@@ -109,14 +118,18 @@ def experiment(design: Design) -> pd.DataFrame:
 
 
 def predictions(design: Design) -> pd.DataFrame:
-    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value."""
+    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value.
+
+    Beside the kinds input and output, lowest and highest are the ends of the predictions of all draws.
+    """
     t = design.criterion.limits.period * np.arange(len(design.found.u))
     parts: list[tuple[str, Input | Output, str, Array]] = [
         ("input", i, "", design.found.u[:, k]) for k, i in enumerate(design.system.inputs)
     ]
     parts += [
-        ("output", o, label, y[:, k])
-        for label, y in design.predictions.items()
+        (kind, o, label, value[:, k])
+        for label, y in design.predicted.items()
+        for kind, value in (("output", y[0]), ("lowest", y.min(axis=0)), ("highest", y.max(axis=0)))
         for k, o in enumerate(design.system.outputs)
     ]
     rows = [
@@ -127,6 +140,12 @@ def predictions(design: Design) -> pd.DataFrame:
         for kind, i, label, value in parts
     ]
     return pd.concat(rows, ignore_index=True)
+
+
+def drawn_limits(found: Mapping[str, Any]) -> dict[tuple[str, str], tuple[float | None, float | None]]:
+    """Return the ends of the range of every input, and of every output with a travel limit, by its kind."""
+    kinds = {"input": found["inputs"], "output": found["travel"]}
+    return {(kind, n): (own["low"], own["high"]) for kind, each in kinds.items() for n, own in each.items()}
 
 
 def sentences(found: Mapping[str, Any]) -> list[str]:
@@ -146,8 +165,11 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
 
 def _told(found: Mapping[str, Any], what: str) -> Iterator[str]:
     for each in found["alternatives"]:
-        odds = each["odds"]
-        beside = f"chirp: {_percent(odds['chirp'])}, random levels: {_percent(odds['random'])}"
+        odds, worst = each["odds"], each["worst"]
+        beside = (
+            f"at worst {_percent(worst['proposed'])}; chirp: {_percent(odds['chirp'])}, random levels: "
+            f"{_percent(odds['random'])}"
+        )
         pair = f"{found['named']} from {each['label']}"
         if odds["proposed"] >= TOLD:
             yield f"{what} tells {pair} with {_percent(odds['proposed'])} ({beside})"
@@ -175,7 +197,10 @@ def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
         each = {"symbol": name, **own, **own.get("shown", {})}
         after, unit = each["after"], f" {each['unit']}".rstrip()
         before, proposed = f"± {each['before']:.2g}", f"± {after['proposed']:.2g}"
-        beside = f"chirp: {_half(after['chirp'])}, random levels: {_half(after['random'])}"
+        beside = (
+            f"at worst ± {each['worst']['proposed']:.2g}; chirp: {_half(after['chirp'])}, random levels: "
+            f"{_half(after['random'])}"
+        )
         interval = f"the 95 % interval of {each['symbol']} = {each['value']:.4g}{unit}"
         if proposed != before:
             yield f"{what} narrows {interval} from {before} to {proposed} ({beside})"
@@ -206,8 +231,17 @@ def _sensor(found: BestSensor | None) -> dict[str, Any] | None:
     return {**about, "odds": odds(found.distances).tolist()}
 
 
-def _odds(value: Value | None, alternative: int) -> float | None:
-    return None if value is None else float(value.odds[0, alternative])
+def _travel(design: Design) -> dict[str, Any]:
+    """Limits of the travel, and the ends that any model reaches at any draw of its numbers."""
+    limits, units = design.criterion.limits, units_of(design.system)
+    found: dict[str, Any] = {}
+    for name, column in limits.columns(design.watched):
+        own, x = limits.moves[name], units[name].from_si(column)
+        lowest, highest = found[name]["reached"] if name in found else (np.inf, -np.inf)
+        reached = [float(min(lowest, x.min())), float(max(highest, x.max()))]
+        ends = {"low": own.low, "high": own.high, "rate": own.rate}
+        found[name] = {**ends, "unit": units[name].text, "reached": reached}
+    return found
 
 
 def _number(design: Design, values: Mapping[str, Value | None], name: str) -> dict[str, Any]:
@@ -220,10 +254,8 @@ def _number(design: Design, values: Mapping[str, Value | None], name: str) -> di
         "value": named.values[name],
         "unit": units[name],
         "before": HALF_INTERVAL * float(criterion.before[row]),
-        "after": {
-            key: None if value is None else HALF_INTERVAL * float(value.after[0, row])
-            for key, value in values.items()
-        },
+        "after": {n: v and HALF_INTERVAL * float(v.after[:, row].mean()) for n, v in values.items()},
+        "worst": {n: v and HALF_INTERVAL * float(v.after[:, row].max()) for n, v in values.items()},
     }
     effect = next((e for e in hypothesis.effects if name in e.units), None)
     return found if effect is None else {**found, **_shown(effect, name, found)}
@@ -234,9 +266,12 @@ def _shown(effect: Added, name: str, found: Mapping[str, Any]) -> dict[str, Any]
     if (said := scale(effect, name)) is None:
         return {}
     symbol, unit, slope, shift = said
-    after = {key: None if width is None else abs(slope) * width for key, width in found["after"].items()}
+    both = {
+        key: {n: None if width is None else abs(slope) * width for n, width in found[key].items()}
+        for key in ("after", "worst")
+    }
     about = {"symbol": symbol, "unit": unit, "value": slope * found["value"] + shift}
-    return {"shown": {**about, "before": abs(slope) * found["before"], "after": after}}
+    return {"shown": {**about, "before": abs(slope) * found["before"], **both}}
 
 
 def _shows(design: Design, y: Array) -> dict[str, Any]:

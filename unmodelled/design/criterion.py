@@ -11,23 +11,25 @@ from functools import partial
 
 import numpy as np
 import sympy as sp
-from scipy.special import ndtr
+from scipy.special import log_ndtr, logsumexp, ndtr, ndtri_exp
 
 from unmodelled.base.arrays import Array
-from unmodelled.design.limits import Limits
+from unmodelled.design.limits import MARGIN, Limits
 from unmodelled.design.rivals import Rival
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.units import describe, parse_unit
 
 #: What counts as a gain: of the probability that models are told apart, or of the width of an interval.
 GAIN = 0.01
+#: Values of watched quantities that are simulated at once, about: a budget of memory.
+AT_ONCE = 10_000_000
 #: Prediction, in standard deviations of an output's noise, beyond which a simulation has diverged.
 DIVERGED = 1e12
 
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """Value of simulated experiments."""
+    """Value of simulated experiments, or of one experiment with several numbers of the models."""
 
     excess: Array  # (designs,), largest excess of a travel limit, as a share of its width; inf: diverges
     #: (designs, alternatives), from the named model, standard deviations; nan beyond the limits.
@@ -39,6 +41,12 @@ class Value:
     def odds(self) -> Array:
         """Return the probability (designs, alternatives) that the named model is told from each."""
         return odds(self.distances)
+
+    @property
+    def distance(self) -> Array:
+        """Return the distance (alternatives,) whose odds are the mean of the odds, standard deviations."""
+        misses = logsumexp(log_ndtr(-0.5 * self.distances), axis=0) - np.log(len(self.distances))
+        return np.asarray(-2.0 * ndtri_exp(misses))
 
 
 def odds(distances: Array) -> Array:
@@ -55,6 +63,9 @@ class Criterion:
     covariance after the experiment counts (A-optimality). An output's weight is 1/(noise² + samples spread²):
     noise differs from sample to sample; what experiments of one machine differ by may last a whole run, and
     does not average out.
+
+    A search looks at the fitted numbers. What an experiment is chosen for, and what it promises, is the mean
+    over numbers drawn from their intervals, for all of which it must keep the limits.
     """
 
     rivals: Sequence[Rival]  # the named model, then its alternatives
@@ -64,20 +75,81 @@ class Criterion:
     numbers: Sequence[str]  # those whose relative intervals count if there are no alternatives
 
     def __call__(self, u: Array) -> Value:
-        """Simulate experiments (designs, samples, inputs), SI, and compute their value."""
-        watched = [rival.runs(u, self.limits, False)[1][:, 0] for rival in self.rivals]
-        excess = np.max([self.limits.excess(each) for each in watched], axis=0)
+        """Simulate experiments (designs, samples, inputs), SI, and compute their value at the fitted numbers.
+
+        Beyond the limits are also those that leave them at numbers from the intervals.
+        """
+        excess = self._excess(u, False)
+        inside = np.flatnonzero(excess == 0.0)
+        excess[inside] = self._excess(u[inside], True)
         inside = np.flatnonzero(excess == 0.0)
         named = self.rivals[0]
         distances = np.full((len(u), len(self.rivals) - 1), np.nan)
         after = np.full((len(u), len(named.values)), np.nan)
         if len(inside):
-            y, slopes = self._outputs(named, u[inside])
+            y, slopes = self._outputs(named, u[inside], *named.sets)
             deviation = named.root @ _root_after(slopes)
             after[inside] = np.linalg.norm(deviation, axis=-1)
             for k, other in enumerate(self.rivals[1:]):
-                distances[inside, k] = distance((y, slopes), self._outputs(other, u[inside]))
+                distances[inside, k] = distance((y, slopes), self._outputs(other, u[inside], *other.sets))
         return Value(excess, distances, after)
+
+    def promise(self, u: Array) -> Value:
+        """Compute the value of one experiment (samples, inputs), SI, for every draw of the models' numbers.
+
+        A draw takes the place of a design. The machine is the named model with the numbers of the draw; only
+        the alternatives' numbers may move towards it.
+        """
+        named, u = self.rivals[0], u[None]
+        excess = np.max([each[0] for each in self._excesses(u, True)], axis=0)
+        excess = np.maximum(excess, self._excess(u, False))
+        runs = [self._outputs(named, u, *each) for each in named.around_draws]
+        y, slopes = (np.concatenate([each[k] for each in runs]) for k in range(2))
+        after = np.linalg.norm(named.root @ _root_after(slopes), axis=-1)
+        distances = np.full((len(y), len(self.rivals) - 1), np.nan)
+        for k, other in enumerate(self.rivals[1:]):
+            seen = [np.repeat(each, len(y), axis=0) for each in self._outputs(other, u, *other.sets)]
+            distances[:, k] = distance((y, slopes[:, :0]), (seen[0], seen[1]))
+        return Value(excess, distances, after)
+
+    def worth(self, u: Array) -> float:
+        """Return what the best experiments (samples, inputs), SI, are compared by, see `scores`."""
+        found = self.promise(u)
+        after = found.after.mean(axis=0, keepdims=True)
+        mean = Value(found.excess.max(keepdims=True), found.distance[None], after)
+        return float(self.scores(mean)[0])
+
+    def runs(self, u: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield outputs (sets, samples, outputs) and what travel limits hold for (..., quantities) by model.
+
+        Takes an experiment (samples, inputs). All is in SI. The sets are the fitted numbers and the draws.
+        """
+        for rival in self.rivals:
+            y, watched = rival.runs(u[None], self.limits, [rival.sets[0][0], *rival.drawn])
+            yield y[0], watched[0]
+
+    def watched(self, u: Array) -> Iterator[Array]:
+        """Yield what travel limits hold for, see `runs`."""
+        return (watched for _, watched in self.runs(u))
+
+    def _excess(self, u: Array, drawn: bool) -> Array:
+        """Largest excess (designs,) of experiments, at the fitted numbers or at all draws."""
+        largest = np.zeros(len(u))
+        for each in self._excesses(u, drawn):
+            largest = np.maximum(largest, each.max(axis=1))
+        return largest
+
+    def _excesses(self, u: Array, drawn: bool) -> Iterator[Array]:
+        """Excess (designs, sets) by model."""
+        for rival in self.rivals:
+            systems = rival.drawn if drawn else rival.sets[0][:1]
+            size = u.shape[1] * len(systems) * (2 * len(self.limits.travel) + len(self.noise))
+            found: list[Array] = [np.empty((0, len(systems)))]
+            for part in np.array_split(u, -(-len(u) * size // AT_ONCE)) if len(u) else ():
+                watched = rival.runs(part, self.limits, systems)[1]
+                each = self.limits.excess(watched.reshape(-1, *watched.shape[2:]), MARGIN)
+                found.append(each.reshape(watched.shape[:2]))
+            yield np.concatenate(found)
 
     def scores(self, found: Value) -> Array:
         """Return what a search maximises (designs,): positive within the limits, below -1 beyond them."""
@@ -91,13 +163,14 @@ class Criterion:
         return np.asarray(np.where(found.excess > 0.0, beyond, value))
 
     def gains(self, found: Value, other: Value) -> bool:
-        """Return whether an experiment promises more than another one, both within the limits.
+        """Return whether an experiment promises more in the mean than another one, both within the limits.
 
         It tells an alternative with `GAIN` more, or narrows a counted interval by this share.
         """
         if len(self.rivals) > 1:
-            return bool((found.odds - other.odds).max() > GAIN)
-        return bool((found.after < (1.0 - GAIN) * other.after)[:, self._counted].any())
+            return bool((found.odds.mean(axis=0) - other.odds.mean(axis=0)).max() > GAIN)
+        after, beside = (value.after.mean(axis=0)[self._counted] for value in (found, other))
+        return bool((after < (1.0 - GAIN) * beside).any())
 
     @property
     def before(self) -> Array:
@@ -120,18 +193,21 @@ class Criterion:
         """Return the standard deviation of the outputs, shape (outputs,), that an experiment is judged by."""
         return np.sqrt(self.noise**2 + self.limits.samples * self.spread**2)
 
-    def _outputs(self, rival: Rival, u: Array) -> tuple[Array, Array]:
-        return weighted(rival, rival.runs(u, self.limits, True)[0] / self.unit)
+    def _outputs(
+        self, rival: Rival, u: Array, systems: Sequence[System], steps: Array
+    ) -> tuple[Array, Array]:
+        return weighted(rival.runs(u, self.limits, systems)[0] / self.unit, steps)
 
 
-def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
+def weighted(y: Array, steps: Array) -> tuple[Array, Array]:
     """Return predictions (designs, values) and their slopes (designs, numbers, values) by the numbers.
 
-    Takes y (designs, sets, samples, outputs), of which values beyond `DIVERGED` say nothing.
+    Takes y (designs, sets, samples, outputs), of which values beyond `DIVERGED` say nothing, and steps
+    (numbers,), see `Rival.around`.
     """
     flat = y.reshape(*y.shape[:2], -1)
     flat = np.where(np.abs(flat) < DIVERGED, flat, 0.0)
-    return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
+    return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * steps[:, None]
 
 
 def _root_after(slopes: Array) -> Array:
@@ -210,7 +286,7 @@ def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | 
         return None
     models = [rival.sets[0][0] for rival in criterion.rivals]
     runs = [
-        rival.runs(u[None], criterion.limits, True, [sensor.of(model) for sensor in known])
+        rival.runs(u[None], criterion.limits, rival.sets[0], [sensor.of(model) for sensor in known])
         for rival, model in zip(criterion.rivals, models, strict=True)
     ]
     size = runs[0][0][0, 0].std(axis=0)
@@ -225,7 +301,7 @@ def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | 
         if not 0.0 < unit < np.inf:
             continue
         named, *others = (
-            weighted(rival, np.concatenate([y / criterion.unit, w[..., k : k + 1] / unit], axis=-1))
+            weighted(np.concatenate([y / criterion.unit, w[..., k : k + 1] / unit], axis=-1), rival.sets[1])
             for rival, (y, w) in zip(criterion.rivals, runs, strict=True)
         )
         distances = np.array([distance(named, other)[0] for other in others])

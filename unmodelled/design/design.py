@@ -18,15 +18,15 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.wording import effect_names
 from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import BestSensor, Criterion, Value, best_sensor
-from unmodelled.design.limits import far_from_logs, read_limits
-from unmodelled.design.rivals import HALF_INTERVAL, Entry, Rival, fitted_rival
+from unmodelled.design.limits import MARGIN, far_from_logs, read_limits
+from unmodelled.design.rivals import Entry, Known, Rival, fitted_rival
 from unmodelled.design.signals import CHIRP, FAMILIES, Family, reference_points, references
+from unmodelled.design.written import rest_notes
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.opposite import with_named_ports
-from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
@@ -45,31 +45,44 @@ class Design:
     found: Found
     seed: int
     #: The chirp and the random experiment of the same length, with the largest amplitude at which all models
-    #: stay within the limits; None where none does.
+    #: stay within the limits, at all draws of their numbers; None where none does.
     references: Mapping[str, Array | None]  # (samples, inputs), SI
     alternatives: tuple[Entry, ...]  # of the named effects, as diagnosis.json names them
     notes: tuple[str, ...] = ()
 
     @cached_property
     def value(self) -> Value:
-        """Return the value of the proposed experiment."""
-        return self.criterion(self.found.u[None])
+        """Return the promise of the proposed experiment, draw by draw."""
+        return self.criterion.promise(self.found.u)
 
     @cached_property
     def compared(self) -> Mapping[str, Value | None]:
-        """Return the values of `references`."""
-        return {n: None if u is None else self.criterion(u[None]) for n, u in self.references.items()}
+        """Return the promises of `references`."""
+        return {n: None if u is None else self.criterion.promise(u) for n, u in self.references.items()}
 
     @cached_property
     def sensor(self) -> BestSensor | None:
         """Return the further sensor that would separate the alternatives best in the proposed experiment."""
         return best_sensor(self.criterion, self.system, self.found.u)
 
-    @cached_property
+    @property
     def predictions(self) -> Mapping[str, Array]:
         """Return the outputs, shape (samples, outputs), SI, that every model predicts, by its label."""
-        limits, u = self.criterion.limits, self.found.u[None]
-        return {r.label: r.runs(u, limits, False)[0][0, 0] for r in self.criterion.rivals}
+        return {label: y[0] for label, y in self.predicted.items()}
+
+    @property
+    def predicted(self) -> Mapping[str, Array]:
+        """Return `predictions` and those of all draws behind them, shape (sets, samples, outputs), SI."""
+        return {r.label: y for r, (y, _) in zip(self.criterion.rivals, self._runs, strict=True)}
+
+    @property
+    def watched(self) -> Array:
+        """Return what the travel limits hold for, shape (sets of all models, samples, quantities), SI."""
+        return np.concatenate([watched for _, watched in self._runs])
+
+    @cached_property
+    def _runs(self) -> list[tuple[Array, Array]]:
+        return [*self.criterion.runs(self.found.u)]
 
 
 def design(
@@ -86,14 +99,13 @@ def design(
     small; without effects, those of the refitted parameters.
     """
     logs = several(system, logs)
-    check_answer(system, logs, answer)
+    laws = check_answer(system, logs, answer)
     bounds = read_limits(limits, system, logs)
-    notes = tuple(far_from_logs(bounds, system, logs))
+    notes = (*far_from_logs(bounds, system, logs), *rest_notes(system, bounds))
     horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])
     system, logs, _ = without_copies(system, logs, horizon)
     named: list[Entry] = answer["effects"]
     said = {e["port"] for entry in named for e in (entry, *entry["indistinguishable"])}
-    laws = [Law(**own) for own in answer.get("laws", [])]
     study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed, laws=laws)
     search = begun(study, os.cpu_count() or 1, progress)
     known = _known(answer)
@@ -111,22 +123,24 @@ def design(
     if found.score < 0.0:
         raise BadInput(
             f"{limits}: travel: no experiment of {bounds.duration:g} s was found in which all models stay "
-            "within the limits: widen them, shorten `duration`, or change `start`"
+            f"within the limits, with {100.0 * MARGIN:g} % to spare, for all numbers within the intervals of "
+            "the answer: widen the limits, shorten `duration`, change `start`, or narrow the intervals with "
+            "more logs"
         )
     beside = _references(criterion, seed)
     found = _chirp_if_as_good(criterion, found, beside["chirp"])
     return Design(study.system, criterion, found, seed, beside, tuple(other for _, other in swaps), notes)
 
 
-def _known(answer: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
-    """Identified numbers by name, SI, with their standard deviations: inf where the logs leave it open."""
+def _known(answer: Mapping[str, Any]) -> dict[str, Known]:
+    """Identified numbers by name."""
     found = {}
     for numbers in (*(entry["parameters"] for entry in answer["effects"]), answer["parameters"]):
         for name, each in numbers.items():
-            value, (low, high) = each.get("value", each.get("identified")), each["interval"]
+            value = each.get("value", each.get("identified"))
+            low, high = (np.nan if end is None else float(end) for end in each["interval"])
             if value is not None:
-                width = np.inf if None in (low, high) else abs(high - low)
-                found[name] = float(value), width / (2.0 * HALF_INTERVAL)
+                found[name] = Known(float(value), low, high)
     return found
 
 
@@ -164,28 +178,32 @@ class Found:
 
     family: Family
     u: Array  # (samples, inputs), SI
-    score: float  # see `Criterion.scores`; below 0 if no experiment keeps the limits
+    score: float  # see `Criterion.worth`; below 0 if no experiment keeps the limits
 
 
 def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], None]) -> Found:
-    """Return the experiment of highest value over all families of signals and the references."""
+    """Return the experiment of highest worth over all families of signals and the references."""
     limits = criterion.limits
     found: list[tuple[float, Family, Array]] = []
+
+    def keep(family: Family, z: Array) -> None:
+        found.append((criterion.worth(family.inputs(z[None], limits)[0]), family, z))
+
     for family in FAMILIES:
         progress(f"search {family.name}")
         size = family.size * len(limits.inputs)
         first = np.asarray(qmc.Halton(size, seed=seed).random(POPULATION))
-        score, z = _evolved(criterion, family, first, seed, GENERATIONS)
-        found.append((score, family, z))
+        keep(family, _evolved(criterion, family, first, seed, GENERATIONS))
     # a proposal is worth no less than the chirp and the random levels that it is compared with
     for family, points in reference_points(len(limits.inputs), seed).values():
         scores = criterion.scores(criterion(family.inputs(points, limits)))
-        found.append((float(scores.max()), family, points[scores.argmax()]))
-    score, family, z = max(found, key=lambda one: one[0])
+        keep(family, points[scores.argmax()])
+    _, family, z = max(found, key=lambda one: one[0])
     progress(f"refine {family.name}")
     near = z + NEAR * np.random.default_rng([seed, 2]).standard_normal((POPULATION, len(z)))
     near[0] = z
-    score, z = _evolved(criterion, family, np.clip(near, 0.0, 1.0), seed, REFINED)
+    keep(family, _evolved(criterion, family, np.clip(near, 0.0, 1.0), seed, REFINED))
+    score, family, z = max(found, key=lambda one: one[0])
     return Found(family, family.inputs(z[None], limits)[0], score)
 
 
@@ -193,10 +211,9 @@ def _chirp_if_as_good(criterion: Criterion, found: Found, chirp: Array | None) -
     """The chirp (samples, inputs) where the found experiment promises no more: everybody knows it."""
     if chirp is None:
         return found
-    value = criterion(chirp[None])
-    if criterion.gains(criterion(found.u[None]), value):
+    if criterion.gains(criterion.promise(found.u), criterion.promise(chirp)):
         return found
-    return Found(CHIRP, chirp, float(criterion.scores(value)[0]))
+    return Found(CHIRP, chirp, criterion.worth(chirp))
 
 
 def _references(criterion: Criterion, seed: int) -> dict[str, Array | None]:
@@ -205,10 +222,8 @@ def _references(criterion: Criterion, seed: int) -> dict[str, Array | None]:
     return {name: u[inside[name][0]] if len(inside[name]) else None for name, u in given.items()}
 
 
-def _evolved(
-    criterion: Criterion, family: Family, first: Array, seed: int, generations: int
-) -> tuple[float, Array]:
-    """Score and point of the best experiment that a population, shape (members, size), evolves to."""
+def _evolved(criterion: Criterion, family: Family, first: Array, seed: int, generations: int) -> Array:
+    """Point of the experiment of highest score that a population, shape (members, size), evolves to."""
 
     def cost(z: Array) -> Array:
         found = criterion(family.inputs(z.reshape(len(z), -1).T, criterion.limits))
@@ -224,4 +239,4 @@ def _evolved(
         vectorized=True,
         rng=np.random.default_rng([seed, 3]),
     )
-    return -float(result.fun), np.asarray(result.x)
+    return np.asarray(result.x)

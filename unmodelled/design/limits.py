@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import sympy as sp
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.document import Node, load_yaml
-from unmodelled.systems.model import Constant, System
+from unmodelled.systems.model import Constant, System, symbol
 from unmodelled.systems.units import LoggedUnit
 
 #: Fewest and most samples of an experiment. Thousands of experiments are simulated.
 FEWEST, MOST = 20, 20_000
+#: Share of a travel limit that an experiment leaves free, because models err.
+MARGIN = 0.05
 #: Of the range of the logs: limits that reach farther beyond it may be in another unit.
 FAR = 10.0
 SECONDS = LoggedUnit("s", 1.0, 0.0)
@@ -32,9 +36,14 @@ class Range:
     rate: float = np.inf  # largest change per second
     rest: float = 0.0  # value closest to the zero of the unit in which the range was written
 
+    @property
+    def level(self) -> float:
+        """Return the value closest to zero, at which an input rests."""
+        return min(max(self.low, 0.0), self.high)
+
     def in_si(self, unit: LoggedUnit) -> Range:
         """Return the range in SI units."""
-        ends = unit.to_si(np.array([self.low, self.high, min(max(self.low, 0.0), self.high)]))
+        ends = unit.to_si(np.array([self.low, self.high, self.level]))
         low, high, rest = ends.tolist()
         return Range(low, high, self.rate * unit.factor, rest)
 
@@ -52,6 +61,9 @@ class Limits:
     start: Mapping[str, float]  # states, SI; others start at the value of the system file, or at 0
     constants: Mapping[str, float]  # SI
     noise: Mapping[str, float]  # standard deviation of the sensor by output, SI; empty where it is not given
+    #: Of outputs by name, as the file writes them: what `travel` and `start` of this name say.
+    shown: Mapping[str, sp.Expr] = field(default_factory=dict)
+    moves: Mapping[str, Range] = field(default_factory=dict)  # `travel` in the units in which it is written
 
     @property
     def samples(self) -> int:
@@ -63,26 +75,51 @@ class Limits:
         """Return the operating point (constants,), SI, in the order of the system."""
         return np.array([*self.constants.values()])
 
-    def excess(self, watched: Array) -> Array:
+    @cached_property
+    def start_states(self) -> Mapping[str, sp.Expr]:
+        """Return the states of `start`, SI, in terms of parameters, constants and inputs."""
+        found = {}
+        for name, value in self.start.items():
+            x = symbol(name)
+            shown = self.shown.get(name, x)
+            found[name] = (value - shown.xreplace({x: sp.S.Zero})) / sp.diff(shown, x)
+        return found
+
+    def excess(self, watched: Array, margin: float = 0.0) -> Array:
         """Return the largest excess (designs,) of a travel limit as a share of its width; inf: diverges.
 
-        Takes watched (designs, samples, quantities) in SI.
+        Takes watched (designs, samples, quantities), SI, see `runs.quantities`, and margin, the share of the
+        width that stays free at each end, but for the way from a start that lies there.
         """
         found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
-        for k, own in enumerate(self.travel.values()):
-            x = np.nan_to_num(watched[:, :, k], nan=1e30, posinf=1e30, neginf=-1e30)
-            width = own.high - own.low if np.isfinite(own.high - own.low) else 1.0
+        for name, column in self.columns(watched):
+            own = self.travel[name]
+            x = np.nan_to_num(column, nan=1e30, posinf=1e30, neginf=-1e30)
+            start = x[:, 0]
+            width = np.full(len(x), own.high - own.low)
+            if not np.isfinite(width).all():  # a limit on one side alone is as wide as the way to it
+                ways = [np.abs(end - start) for end in (own.low, own.high) if np.isfinite(end)]
+                width = np.where(ways[0] > 0.0, ways[0], 1.0) if ways else np.ones(len(x))
+            low = np.minimum(own.low + margin * width, np.maximum(start, own.low))
+            high = np.maximum(own.high - margin * width, np.minimum(start, own.high))
             speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.period
-            beyond = np.maximum(own.low - x.min(axis=1), x.max(axis=1) - own.high) / width
-            found = np.maximum(found, np.maximum(beyond, speed / own.rate - 1.0))
+            beyond = np.maximum(low - x.min(axis=1), x.max(axis=1) - high) / width
+            found = np.maximum(found, np.maximum(beyond, speed / (own.rate * (1.0 - margin)) - 1.0))
         return np.asarray(np.maximum(found, 0.0))
+
+    def columns(self, watched: Array) -> Iterator[tuple[str, Array]]:
+        """Yield the name of a travel limit with the quantity (..., samples) of every column it holds for."""
+        names = [*self.travel]
+        for k in range(watched.shape[-1]):
+            yield names[k % len(names)], watched[..., k]
 
 
 def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
     """Read the limits of an experiment with a machine, in the units of its system file.
 
     An input, an output and a constant have the unit of their column (mA, degC, %), and rates that unit per
-    second; a state that no output of the same name shows has its SI unit, and so has a signal.
+    second; a state that no output of the same name shows has its SI unit, and so has a signal. A name that
+    an output and a state share is the output, as its expression in the file says.
     """
     root = load_yaml(file, "limits")
     found = root.fields(("duration", "inputs"), ("period", "travel", "start", "operating_point", "noise"))
@@ -100,7 +137,7 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
     travel = {name: _range(node, units[name], (), "speed") for name, node in moving.items()}
     noise = _given(found, "noise", [o.name for o in system.outputs])
     constants = _given(found, "operating_point", [c.name for c in system.operating_point])
-    return Limits(
+    limits = Limits(
         *(file, duration, period),
         inputs=tuple(own.in_si(unit) for own, unit in zip(written, items.values(), strict=True)),
         written=written,
@@ -114,7 +151,11 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
             name: _positive(node, units[name].of_differences) * units[name].factor
             for name, node in noise.items()
         },
+        shown={output.name: output.expression for output in system.outputs},
+        moves=travel,
     )
+    _check_start(root, found, system, limits)
+    return limits
 
 
 def far_from_logs(limits: Limits, system: System, logs: Logs) -> list[str]:
@@ -174,6 +215,18 @@ def _start(
                 raise root.wrong(f"start: {name} has no start: add start: {{{name}: ...}}{_in(unit)}")
             start[name] = float(logs.y[logs.offsets[:-1], logs.outputs.index(name)].mean())
     return start
+
+
+def _check_start(root: Node, found: Mapping[str, Node], system: System, limits: Limits) -> None:
+    """Refuse outputs from which the states of their names do not follow."""
+    for name in limits.start:
+        shown = limits.shown.get(name, symbol(name))
+        slope = sp.diff(shown, symbol(name)).xreplace(dict(zip(system.p, system.values, strict=True)))
+        if slope == 0 or (slope.free_symbols | shown.free_symbols - {symbol(name)}) & {*system.x}:
+            raise found.get("start", root).wrong(
+                f"{name}: the output {name} shows {shown}, from which the start of the state {name} does not "
+                "follow: give the output another name in the system file"
+            )
 
 
 def _named(node: Node, known: Collection[str]) -> Mapping[str, Node]:

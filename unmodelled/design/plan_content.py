@@ -123,6 +123,7 @@ def plan_lines(content: Mapping[str, Any]) -> list[str]:
         "shows from: smallest size that is told from none with 95 %, and its share of a plausible size",
         "looks like: after re-fitting, the outputs change in nearly the same way "
         f"(correlation above {ALIKE_FROM:.2g})",
+        *(f"note: {note}" for note in content["notes"]),
     ]
 
 

@@ -12,9 +12,10 @@ from scipy.stats import qmc
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, frame, quantities, read_experiment, simulated
+from unmodelled.design.limits import MARGIN, Limits
+from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.design.signals import FAMILIES
+from unmodelled.design.written import Watch, check_travel, frame, read_experiment
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
@@ -32,20 +33,31 @@ SUBSTEPS = 10
 def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
     """Return two experiments of every family of signals in which the known physics keeps the limits."""
     found: dict[str, Array] = {}
-    program, c = equations(system, quantities(system, limits.travel)), limits.c
+    program, c = equations(system, quantities(system, limits)), limits.c
     for family in FAMILIES:
         z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
         u = family.inputs(z, limits)
         y, watched = simulated([system], u, limits, c, SUBSTEPS, program)
-        kept = (limits.excess(watched[:, 0]) == 0.0) & np.isfinite(y).all(axis=(1, 2, 3))
+        kept = (limits.excess(watched[:, 0], MARGIN) == 0.0) & np.isfinite(y).all(axis=(1, 2, 3))
         for k, design in enumerate(np.flatnonzero(kept)[:EACH], start=1):
             found[f"{family.name.replace(' ', '_')}_{k}"] = u[design]
     if not found:
         raise BadInput(
             f"{limits.file}: travel: no experiment of {limits.duration:g} s was found in which the known "
-            "physics stays within the limits: widen them, shorten `duration`, or change `start`"
+            f"physics stays within the limits, with {100.0 * MARGIN:g} % to spare: widen them, shorten "
+            "`duration`, or change `start`"
         )
     return found
+
+
+def watched_by(system: System, limits: Limits) -> Watch:
+    """Return the simulation of the known physics that looks at the travel limits."""
+    program = equations(system, quantities(system, limits))
+
+    def watch(u: Array) -> list[Array]:
+        return [simulated([system], u[None], limits, limits.c, SUBSTEPS, program)[1][0]]
+
+    return watch
 
 
 def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
@@ -53,7 +65,7 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
     files = sorted(place.glob("*.csv")) if place.is_dir() else [place]
     if not files:
         raise BadInput(f"{place}: holds no CSV file: give experiments with t and the inputs")
-    found = {}
+    found, watch = {}, watched_by(system, limits)
     for file in files:
         t, given = read_experiment(file, system, limits, str(file))
         if not t[-1] / limits.period < LONGEST:
@@ -62,6 +74,7 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
             )
         clock = limits.period * np.arange(int(t[-1] / limits.period + 1e-9) + 1)
         found[file.stem] = np.stack([np.interp(clock, t, u) for u in given.T], axis=1)
+        check_travel(watch(found[file.stem]), system, limits, str(file))
     return found
 
 

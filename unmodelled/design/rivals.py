@@ -17,6 +17,7 @@ from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
+from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.diagnosis.search.discovered import DiscoveredLaw
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import DISCOVERED
@@ -33,6 +34,8 @@ Entry = Mapping[str, Any]
 STARTS = 24
 #: Half of a 95 % interval, in standard deviations.
 HALF_INTERVAL = 1.96
+#: Sets of numbers that are drawn from their intervals.
+DRAWS = 20
 
 
 def place_of(entry: Entry) -> Place:
@@ -49,10 +52,25 @@ def place_of(entry: Entry) -> Place:
     return Place(kind if kind in ("actuator", "sensor") else "port", name, *local)
 
 
+@dataclass(frozen=True)
+class Known:
+    """A number of an answer, SI."""
+
+    value: float
+    low: float  # ends of its 95 % interval; not finite where the logs leave it open
+    high: float
+
+    @property
+    def doubt(self) -> float:
+        """Standard deviation, inf where the logs leave the number open."""
+        width = abs(self.high - self.low)
+        return width / (2.0 * HALF_INTERVAL) if np.isfinite(width) else np.inf
+
+
 def fitted_rival(
-    search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, tuple[float, float]], label: str
+    search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, Known], label: str
 ) -> Rival:
-    """Fit the known physics with effects to the training experiments; known numbers in SI."""
+    """Fit the known physics with effects to the training experiments, from known numbers on."""
     hypothesis = Hypothesis.known(search.study)
     library: dict[tuple[str, str], Effect] = {
         (e.family, e.variant): e for e in (*effects(), *search.study.laws)
@@ -67,12 +85,12 @@ def fitted_rival(
                 f"answer: {entry['family']} at {entry['port']} cannot be added to "
                 f"{search.study.system.place}: use the system file of the diagnosis"
             ) from None
-    values = {name: value for name, (value, _) in known.items()}
+    values = {name: each.value for name, each in known.items()}
     free = {n: g for e in hypothesis.effects for n, g in e.shapes.items() if n not in values}
     grids = list(product(*free.values()))
     starts = [{**values, **dict(zip(free, g, strict=True))} for g in grids[:: -(-len(grids) // STARTS)]]
     fitted = FittedHypothesis.of(hypothesis, search.fitted, starts)
-    return Rival(label, fitted, {name: doubt for name, (_, doubt) in known.items()})
+    return Rival(label, fitted, known)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +99,8 @@ class Rival:
 
     label: str
     fitted: FittedHypothesis
-    #: Standard deviations of known numbers, SI; the larger of these and the fit's counts.
-    doubts: Mapping[str, float]
+    #: Numbers of the answer by name; the larger one of their deviation and that of the fit counts.
+    known: Mapping[str, Known]
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -107,25 +125,82 @@ class Rival:
 
     def _deviation(self, number: int) -> float:
         """Standard deviation of an unknown, at most half of the width of its bounds."""
+        unknown = self.fitted.hypothesis.unknowns[number]
+        known = self.known.get(unknown.name)
+        return _within(max(self._fitted_deviation(number), known.doubt if known else 0.0), unknown)
+
+    def _fitted_deviation(self, number: int) -> float:
+        """Standard deviation of an unknown from the fit, not finite where the fit leaves it open."""
         fit, unknown = self.fitted.fit, self.fitted.hypothesis.unknowns[number]
         if unknown.own:
-            found = float(np.std(list(fit.own[unknown.name].values())))
-        else:
-            row = fit.names.index(unknown.name)
-            found = float(np.sqrt(fit.covariance[row, row]))
-        found = max(found, self.doubts.get(unknown.name, 0.0))
-        widest = 0.5 * (unknown.high - unknown.low)
-        widest = widest if np.isfinite(widest) else 10.0 * unknown.scale
-        return min(found, widest) if np.isfinite(found) else widest
+            return float(np.std(list(fit.own[unknown.name].values())))
+        row = fit.names.index(unknown.name)
+        return float(np.sqrt(fit.covariance[row, row]))
+
+    @cached_property
+    def intervals(self) -> Array:
+        """Return the lowest and the highest value of every number, shape (numbers, 2), SI, within its bounds.
+
+        They are those of the answer; of a number that the answer leaves open or does not have, those of the
+        fit. What only smooths a corner of a law keeps its value.
+        """
+        found = []
+        effects = self.fitted.hypothesis.effects
+        smooth = {n for e in effects for n in e.shapes if n not in {*e.reported, *e.delays}}
+        for k, (unknown, value) in enumerate(zip(self._unknowns, self.values.values(), strict=True)):
+            half = HALF_INTERVAL * _within(self._fitted_deviation(k), unknown) * (unknown.name not in smooth)
+            known = self.known.get(unknown.name)
+            if known is not None and np.isfinite(known.doubt):
+                ends = [known.low, known.high]
+            else:
+                ends = [value - half, value + half]
+            ends = np.clip(ends, unknown.low, unknown.high).tolist()
+            found.append([min(*ends, value), max(*ends, value)])
+        return np.array(found).reshape(-1, 2)
+
+    @cached_property
+    def draws(self) -> Array:
+        """Return `DRAWS` sets of numbers, shape (draws, numbers), SI, from their intervals.
+
+        Every number takes as many values, equally far from each other, from one end of its interval to the
+        other, in an order of its own (a Latin hypercube with its edges): an answer has no covariance.
+        """
+        rng = np.random.default_rng(0)
+        share = np.linspace(0.0, 1.0, DRAWS)
+        orders = [rng.permutation(DRAWS) for _ in self.intervals]
+        low, high = self.intervals.T
+        places = np.array([share[order] for order in orders]).reshape(-1, DRAWS).T
+        return np.asarray(low + places * (high - low))
+
+    @cached_property
+    def drawn(self) -> list[System]:
+        """Return the systems of `draws`."""
+        return [self._system(point) for point in self.draws]
+
+    @cached_property
+    def around_draws(self) -> list[tuple[list[System], Array]]:
+        """Return the systems around the numbers of every draw, see `around`."""
+        return [self.around(point) for point in self.draws]
+
+    @property
+    def _unknowns(self) -> Sequence[Unknown]:
+        return self.fitted.hypothesis.unknowns
+
+    def _system(self, point: Array) -> System:
+        numbers = dict(zip(self.values, point.tolist(), strict=True))
+        return with_fitted(self.fitted.hypothesis, numbers)
 
     @cached_property
     def sets(self) -> tuple[list[System], Array]:
-        """Return systems at the fitted numbers a step along every column of `root`, and steps (numbers,).
+        """Return the systems around the fitted numbers, see `around`."""
+        return self.around(np.array(list(self.values.values())))
+
+    def around(self, here: Array) -> tuple[list[System], Array]:
+        """Return systems at numbers (numbers,), SI, and a step along every column of `root`, and the steps.
 
         A step is a standard deviation, or less where a bound is nearer, in the direction with more room.
         """
-        unknowns = self.fitted.hypothesis.unknowns
-        here = np.array(list(self.values.values()))
+        unknowns = self._unknowns
         low, high = np.array([u.low for u in unknowns]), np.array([u.high for u in unknowns])
         size = np.array([u.scale for u in unknowns])
         points, steps = [here], []
@@ -135,18 +210,15 @@ class Rival:
             side = int(np.argmax(lengths))
             points.append(both[side])
             steps.append(1.0 if side == 0 else -1.0)
-        names = list(self.values)
-        numbers = [dict(zip(names, point.tolist(), strict=True)) for point in points]
-        return [with_fitted(self.fitted.hypothesis, each) for each in numbers], np.array(steps)
+        return [self._system(point) for point in points], np.array(steps)
 
     def runs(
-        self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None
+        self, u: Array, limits: Limits, systems: Sequence[System], watched: Sequence[sp.Expr] | None = None
     ) -> tuple[Array, Array]:
         """Simulate experiments (designs, samples, inputs), SI, as `simulated` does."""
-        systems = self.sets[0] if every else self.sets[0][:1]
         study = self.fitted.hypothesis.study
         substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
-        more = quantities(systems[0], limits.travel) if watched is None else tuple(watched)
+        more = quantities(systems[0], limits) if watched is None else tuple(watched)
         return simulated(systems, u, limits, self._constants(limits), substeps, self._equations(more))
 
     def _equations(self, watched: tuple[sp.Expr, ...]) -> Program:
@@ -166,3 +238,10 @@ class Rival:
             for name, column in effect.columns.items():
                 values[name] = 1.0 if isinstance(column, Member) else float(len(hypothesis.study.logs))
         return np.array([values[c.name] for c in hypothesis.system.operating_point])
+
+
+def _within(deviation: float, unknown: Unknown) -> float:
+    """A standard deviation, at most half of the width of the unknown's bounds."""
+    widest = 0.5 * (unknown.high - unknown.low)
+    widest = widest if np.isfinite(widest) else 10.0 * unknown.scale
+    return min(deviation, widest) if np.isfinite(deviation) else widest

@@ -1,37 +1,27 @@
-"""Experiments: simulated from the start that the limits give, and as files in the units of their columns."""
+"""Experiments, simulated from the start that the limits give."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
-import pandas as pd
 import sympy as sp
 
 from unmodelled.base.arrays import Array
-from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing
-from unmodelled.design.limits import Limits, Range
+from unmodelled.design.limits import Limits
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.logs.assembly import in_si
-from unmodelled.logs.logs import as_logged
-from unmodelled.logs.table import Columns, read_columns
-from unmodelled.systems.model import Input, System, symbol
+from unmodelled.systems.model import System, symbol
 
 
-def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
-    """Return an experiment (samples, inputs), SI, as a user runs it: t (s), inputs in logged units."""
-    columns = {item.column: as_logged(item, u[:, k]) for k, item in enumerate(system.inputs)}
-    return pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns})
+def quantities(system: System, limits: Limits) -> tuple[sp.Expr, ...]:
+    """Return expressions of what the travel limits hold for, see `Limits.columns`.
 
-
-def quantities(system: System, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-    """Return states, outputs and signals as expressions."""
+    Of an output it is the logged column, and the same where an effect at the sensor makes the column err.
+    """
     outputs = {o.name: o.expression for o in system.outputs}
-    states = {s.name for s in system.states}
-    return tuple(outputs[n] if n in outputs and n not in states else system.expression(n) for n in names)
+    logged = [outputs[n] if n in outputs else system.expression(n) for n in limits.travel]
+    return (*logged, *(limits.shown.get(n, e) for n, e in zip(limits.travel, logged, strict=True)))
 
 
 def equations(system: System, watched: Sequence[sp.Expr]) -> Program:
@@ -72,11 +62,26 @@ def simulated(
 
 def start_of(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
     """Return start states, SI; those not given follow from the file at c (constants,) and u (inputs,)."""
+    known = _known(system, c, u) | dict.fromkeys(system.x, 0.0)
+    given = {name: float(x.xreplace(known)) for name, x in limits.start_states.items()}
+    known |= {symbol(name): value for name, value in given.items()}
+    return [given[s.name] if s.name in given else float(s.initial.xreplace(known)) for s in system.states]
+
+
+def shown_start(system: System, limits: Limits, u: Array) -> dict[str, float]:
+    """Return the start by state, SI; of a state whose name an output has, it is that of the output.
+
+    Takes u (inputs,), SI.
+    """
+    start = start_of(system, limits, limits.c, u)
+    known = _known(system, limits.c, u) | dict(zip(system.x, start, strict=True))
+    return {str(x): float(limits.shown.get(str(x), x).xreplace(known)) for x in system.x}
+
+
+def _known(system: System, c: Array, u: Array) -> dict[sp.Expr, float]:
+    """Values of parameters, constants and inputs, SI."""
     known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
-    known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
-    start = limits.start
-    known |= {symbol(s.name): start.get(s.name, 0.0) for s in system.states}
-    return [start[s.name] if s.name in start else float(s.initial.xreplace(known)) for s in system.states]
+    return known | dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
 
 
 def _later(values: Array, delays: Sequence[float]) -> Array:
@@ -91,49 +96,3 @@ def _later(values: Array, delays: Sequence[float]) -> Array:
         own = values[:, :, k]
         shifted.append(own[:, left] + (at - left) * (own[:, left + 1] - own[:, left]))
     return np.stack(shifted, axis=-1)
-
-
-#: Digits of a number in the file, and the share of a column's largest value that they may round away.
-DIGITS, ROUNDING = "%.9g", 1e-8
-
-
-def write_experiment(u: Array, system: System, limits: Limits, file: Path) -> None:
-    """Write an experiment (samples, inputs), SI; it is kept only if it is read back within the limits."""
-    with replacing(file) as temporary:
-        frame(u, system, limits).to_csv(temporary, index=False, float_format=DIGITS)
-        _, found = read_experiment(temporary, system, limits, file.name)
-        largest = np.abs(u).max(axis=0) + [item.as_written.offset for item in system.inputs]
-        if found.shape != u.shape or (np.abs(found - u) > ROUNDING * largest).any():
-            raise BadInput(f"{file.name}: not written: it holds other inputs than designed: report this line")
-
-
-def read_experiment(path: Path, system: System, limits: Limits, name: str) -> tuple[Array, Array]:
-    """Return times (samples,), s, and inputs (samples, inputs), SI, of an experiment within the limits."""
-    columns = read_columns(path, ["t", *(item.column for item in system.inputs)])
-    t = columns.values["t"]
-    if len(t) < 2 or not (np.diff(t) > 0.0).all():
-        raise BadInput(f"{name}: column t: does not increase: write the time of every sample in s")
-    for item, own in zip(system.inputs, limits.written, strict=True):
-        for row, what in _beyond(columns, item, own):
-            raise BadInput(
-                f"{name}: row {columns.row(row)}: column {item.column}: {what} in {limits.file}: change one"
-            )
-    found = in_si(columns, system).values
-    return t - t[0], np.stack([found[item.column] for item in system.inputs], axis=1)
-
-
-def _beyond(columns: Columns, item: Input, own: Range) -> Iterator[tuple[int, str]]:
-    """Number and description of the first sample that leaves the range, and of the first that is too fast."""
-    t, x, unit = columns.values["t"], columns.values[item.column], item.column_unit
-    slack = ROUNDING * max(float(np.abs(x).max()), abs(own.low), abs(own.high))
-    outside = np.flatnonzero((x < own.low - slack) | (x > own.high + slack))
-    if len(outside):
-        at = int(outside[0])
-        yield at, f"{x[at]:.6g} {unit} is beyond the limits {own.low:g} to {own.high:g} {unit}"
-    if np.isfinite(own.rate):
-        most = own.rate * (np.diff(t) + ROUNDING * np.ptp(t)) + 2.0 * slack
-        fast = np.flatnonzero(np.abs(np.diff(x)) > most)
-        if len(fast):
-            at = int(fast[0])
-            rate = abs(x[at + 1] - x[at]) / (t[at + 1] - t[at])
-            yield at + 1, f"{rate:.6g} {unit}/s is faster than the limit {own.rate:g} {unit}/s"

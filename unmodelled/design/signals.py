@@ -1,8 +1,8 @@
 """Families of input signals: holds, ramps, slow reversals, multisines and chirps, within the input limits.
 
 A signal of a family is a point of the unit cube for every input; the first coordinate is the amplitude and
-the second one the offset, both relative to the limits. Every signal starts at the input closest to zero, in
-the unit of its column.
+the second one the offset, both relative to the limits. Every signal starts and ends at the input closest to
+zero, in the unit of its column.
 """
 
 from __future__ import annotations
@@ -46,11 +46,13 @@ class Family:
 
 
 def _rated(u: Array, rest: float, step: float) -> Array:
-    """Signals, shape (designs, samples), that start at `rest` and change by at most `step` per sample."""
+    """Signals (designs, samples) that start and end at `rest` and change by at most `step` per sample."""
     u = u.copy()
-    u[:, 0] = rest
+    u[:, [0, -1]] = rest
     if np.isfinite(step):
-        for k in range(1, u.shape[1]):
+        way = step * np.arange(u.shape[1])[::-1]  # the farthest from which there is time to come back
+        u = np.clip(u, rest - way, rest + way)
+        for k in range(1, u.shape[1] - 1):
             u[:, k] = u[:, k - 1] + np.clip(u[:, k] - u[:, k - 1], -step, step)
     return u
 

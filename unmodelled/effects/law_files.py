@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.library import effects
 from unmodelled.effects.own_law import Law
-from unmodelled.systems.document import Node, load_yaml
+from unmodelled.systems.document import Node, as_node, load_yaml
 
 SCHEMA = "laws/1"
 #: Own laws: objects, or the path of a file of them.
@@ -37,6 +38,21 @@ def read_laws(path: Path) -> tuple[Law, ...]:
     if top["schema"].text() != SCHEMA:
         raise top["schema"].wrong(f"must be {SCHEMA}")
     return tuple(_read(name, node) for name, node in top["laws"].entries().items())
+
+
+def laws_of_answer(entries: Sequence[Any], file: Path) -> tuple[Law, ...]:
+    """Return the laws that an answer lists, which are read as those of a file.
+
+    Takes the entries `laws` of diagnosis.json, see `Law.definition`.
+    """
+    found = []
+    for node in as_node([*entries], file, "laws").items():
+        own = dict(node.fields(("name", "formula", "numbers"), ("at", "only")))
+        found.append(_read(own.pop("name").text(), replace(node, content=own)))
+    try:
+        return given_laws(found)
+    except BadInput as fault:
+        raise BadInput(f"{file}: {fault}") from None
 
 
 def _read(name: str, node: Node) -> Law:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Iterator
@@ -32,14 +33,15 @@ class Node:
     """Part of a system file with its place."""
 
     file: Path
-    line: int  # counted from 1
+    line: int  # counted from 1; 0 where the place alone is known, as in JSON
     place: str  # dotted path of keys, such as parameters.J.value
     content: str | dict[str, Node] | list[Node] | None
 
     @property
     def where(self) -> str:
         """File, line and place: the start of every error message."""
-        return f"{self.file}: line {self.line}" + (f": {self.place}" if self.place else "")
+        line = f": line {self.line}" if self.line else ""
+        return f"{self.file}{line}" + (f": {self.place}" if self.place else "")
 
     def wrong(self, problem: str) -> BadInput:
         """Return the error of a problem at this place."""
@@ -120,6 +122,23 @@ class Node:
             case list():
                 return f"a list of {len(self.content)}"
         return shown(self.content)
+
+
+def as_node(content: Any, file: Path, place: str, depth: int = 0) -> Node:
+    """Return plain values, as those of a JSON file, as a part of a file that is read like YAML."""
+    bare = Node(file, 0, place, None)
+    if depth > _DEEPEST:
+        raise bare.wrong(f"nested too deeply: at most {_DEEPEST} levels")
+    match content:
+        case None:
+            return bare
+        case dict():
+            entries = {key: as_node(v, file, f"{place}.{key}", depth + 1) for key, v in content.items()}
+            return Node(file, 0, place, entries)
+        case list():
+            items = [as_node(v, file, f"{place}[{k}]", depth + 1) for k, v in enumerate(content)]
+            return Node(file, 0, place, items)
+    return Node(file, 0, place, content if isinstance(content, str) else json.dumps(content))
 
 
 def load_yaml(path: Path, kind: str = "system") -> Node:

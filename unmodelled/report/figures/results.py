@@ -140,16 +140,21 @@ def observations(points: pd.DataFrame, unit: str) -> Figure:
 
 
 @styled
-def next_experiment(rows: pd.DataFrame) -> Figure:
+def next_experiment(
+    rows: pd.DataFrame, limits: Mapping[tuple[str, str], tuple[float | None, float | None]]
+) -> Figure:
     """Inputs of the next experiment, and predicted outputs of the named model and of every alternative.
 
     Args:
-        rows: kind (input or output), signal, unit, label of the model, t (s) and value, a row per sample.
+        rows: kind (input, output, and lowest and highest output of all draws), signal, unit, label of the
+            model, t (s) and value, a row per sample.
+        limits: lowest and highest allowed value by kind and signal; None where there is none.
     """
-    signals = list(rows[["kind", "signal", "unit"]].drop_duplicates().itertuples(index=False, name=None))
+    seen = rows[rows["kind"].isin(["input", "output"])]
+    signals = list(seen[["kind", "signal", "unit"]].drop_duplicates().itertuples(index=False, name=None))
     labels = [label for label in rows["label"].drop_duplicates() if label]
     looks = {label: (NEUTRAL[1:] + NEUTRAL[:1])[k % len(NEUTRAL)] for k, label in enumerate(labels)}
-    figure = new_figure(0.9 + 0.3 * len(labels) + 1.7 * len(signals))
+    figure = new_figure(1.2 + 0.3 * len(labels) + 1.7 * len(signals))
     panels = figure.subplots(len(signals), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (kind, signal, unit) in zip(panels, signals, strict=True):
         own = rows[(rows["kind"] == kind) & (rows["signal"] == signal)]
@@ -157,8 +162,21 @@ def next_experiment(rows: pd.DataFrame) -> Figure:
             t, value = thin(part["t"].to_numpy(np.float64), part["value"].to_numpy(np.float64))
             colour, line = looks.get(str(label), BLACK), "--" if k else "-"
             axes.plot(t, value, color=colour, linestyle=line, label=str(label) or None)
+            beside = rows[(rows["signal"] == signal) & (rows["label"] == label)]
+            ends = [beside[beside["kind"] == end] for end in ("lowest", "highest")]
+            if kind == "output" and len(ends[0]):
+                low, high = (end["value"].to_numpy(np.float64) for end in ends)
+                axes.fill_between(
+                    *thin(ends[0]["t"].to_numpy(np.float64), low, high), color=colour, alpha=0.15
+                )
+        for end in limits.get((kind, signal), ()):
+            if end is not None:
+                axes.axhline(end, color=VERMILION, linestyle=":", label="limit")
         axes.set_ylabel(f"{signal} ({printed(unit)})")
         axes.grid(linewidth=0.5)
     panels[-1].set_xlabel("t (s)")
-    figure.legend(*panels[-1].get_legend_handles_labels(), loc="outside upper center", ncols=1)
+    handles = {
+        label: h for axes in panels for h, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=1)
     return figure
