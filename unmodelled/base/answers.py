@@ -18,7 +18,7 @@ from unmodelled.base.shapes import in_words
 SCHEMA = "diagnosis/2"
 #: What the schema describes: diagnosis.json, the answer.json of an entrant, and a law of the user.
 Kind = Literal["diagnosis", "answer", "law"]
-#: Bytes of an answer, which are checked within 10 CPU seconds; diagnosis.json of 5000 experiments has a tenth.
+#: Bytes of an answer, checked within 10 CPU seconds; diagnosis.json of 5000 experiments has a tenth.
 LARGEST = 4_000_000
 #: Types of the schema in words.
 TYPES = {
