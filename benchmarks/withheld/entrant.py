@@ -13,7 +13,7 @@ from pathlib import Path
 from resource import struct_rusage
 
 from benchmarks.head_to_head.__main__ import METHODS
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.workers import THREADS
 
 ROOT = Path(__file__).parents[2]
@@ -97,7 +97,7 @@ class Entrant:
                     os.killpg(process.pid, signal.SIGKILL)
         cpu, wall = used.ru_utime + used.ru_stime, time.monotonic() - start
         unit = 1 if sys.platform == "darwin" else 1024
-        error = "" if code == 0 else _reason(code, cpu, wall, cap, log.read_text())
+        error = "" if code == 0 else _reason(code, cpu, wall, cap, log.read_text(errors="replace"))
         return Run(cpu, used.ru_maxrss * unit / 1e6, wall, error)
 
 
@@ -117,4 +117,4 @@ def _reason(code: int, cpu: float, wall: float, cap: float, told: str) -> str:
     if code in (-signal.SIGKILL, -signal.SIGXCPU):  # at the cap, or where there is no memory left
         return f"killed after {cpu:.0f} CPU s and {wall:.0f} s, with a cap of {cap:.0f} CPU s"
     last = (told.strip().splitlines() or ["nothing said"])[-1]
-    return f"exit code {code}: {last}"[:300]
+    return printable(f"exit code {code}: {last}"[:300])

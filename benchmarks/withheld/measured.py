@@ -7,19 +7,23 @@ import re
 import shutil
 import subprocess
 import sys
-import zipfile
 from collections.abc import Iterator
 from fnmatch import fnmatch
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 
 import yaml
 
 from benchmarks.withheld.case import Case, once
 from pipeline.chapters.known import SUFFIX, read_machine
+from pipeline.recordings.archive import Archive
 from pipeline.withheld.folders import LOGS
+from unmodelled.base.errors import BadInput
 
 ROOT = Path(__file__).parents[2]
+#: Files, and bytes in all of them, that are unpacked of an archive.
+MOST_FILES, MOST_BYTES = 10_000, 200_000_000
 #: Names of the published archives in a folder of them; a variable of `make real` goes first.
 ARCHIVES = {
     "xl330": "bam_xl330.zip",
@@ -65,20 +69,46 @@ def _acquired(name: str, variable: str, data: Path, out: Path) -> None:
 
 def _archived(path: Path, folder: Path) -> Iterator[Case]:
     """System files at the top of an archive; `small_x.yaml` has the logs `logs_small` where these exist."""
-    with zipfile.ZipFile(path) as archive:
-        names = archive.namelist()
-        about = f"{path.stem}/known.md"
-        if about not in names:
-            return
-        text = archive.read(about).decode()
-    systems = [Path(n) for n in names if re.fullmatch(rf"{path.stem}/[^/]+\.yaml", n)]
-    for system in sorted(systems):
+    archive, top = Archive(str(path), ""), PurePosixPath(path.stem)
+    about = str(top / "known.md")
+    if about not in archive.members:
+        return
+    text = archive.read(about).decode(errors="replace")
+    members = [PurePosixPath(name) for name in archive.members]
+    for system in sorted(p for p in members if p.parent == top and p.suffix == ".yaml"):
         logs = f"logs_{system.stem.split('_')[0]}"
-        logs = logs if any(n.startswith(f"{path.stem}/{logs}/") for n in names) else LOGS
+        logs = logs if any((top / logs) in p.parents for p in members) else LOGS
         own = folder / path.stem
-        make = partial(once, own, partial(shutil.unpack_archive, path, folder))
+        make = partial(once, own, partial(_unpack, archive, own))
         name, right = f"{path.stem}_{system.stem}", _right(text, system.name)
         yield Case(name, "archive", own / system.name, own / logs, make, None, right)
+
+
+def _unpack(archive: Archive, folder: Path) -> None:
+    """Write the files below the top folder of an archive into a folder, which appears with all of them."""
+    top = PurePosixPath(folder.name)
+    files = {PurePosixPath(name).relative_to(top): name for name in archive.members if _is_below(name, top)}
+    size = sum(map(archive.size, files.values()))
+    if len(files) > MOST_FILES or size > MOST_BYTES:
+        raise BadInput(
+            f"{archive.path}: has {len(files)} files of {size / 1e6:.0f} MB, at most {MOST_FILES} of "
+            f"{MOST_BYTES / 1e6:.0f} MB are unpacked: give fewer logs"
+        )
+    with TemporaryDirectory(dir=folder.parent) as temporary:
+        whole = Path(temporary) / folder.name
+        try:
+            for file, name in files.items():
+                (whole / file).parent.mkdir(parents=True, exist_ok=True)
+                (whole / file).write_bytes(archive.read(name, 1.0))
+            whole.rename(folder)
+        except OSError as error:  # a file where another member needs a folder, a name that is too long
+            if not folder.exists():  # another job was faster
+                raise BadInput(f"{archive.path}: {name}: cannot be unpacked: {error.strerror}") from None
+
+
+def _is_below(name: str, top: PurePosixPath) -> bool:
+    path = PurePosixPath(name)
+    return top in path.parents and ".." not in path.parts
 
 
 def _right(text: str, system: str) -> str:

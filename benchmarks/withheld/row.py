@@ -15,10 +15,10 @@ from benchmarks.withheld.entrant import Entrant
 from benchmarks.withheld.score import ANSWER, NUMBERS, Row, read_answer, score, unanswered
 from benchmarks.withheld.table import rows_of
 from pipeline.chapters import real
-from pipeline.chapters.reported import read_told
 from pipeline.withheld.folders import TRUTH, VALIDATION
 from pipeline.withheld.judging import NAMING, Planted
 from pipeline.withheld.validation import gap_on
+from unmodelled.base.answers import read_diagnosis
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.systems.reader import read_system
@@ -53,7 +53,7 @@ def row(case: Case, entrant: Entrant, answers: Path, cap: float) -> Row:
     if found["error"]:
         found |= _unanswered(case)
     for path in out.glob("*"):  # figures and pages take a hundred times the room
-        if path.is_dir():
+        if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
         elif path.name not in KEPT and path.suffix not in (".yaml", ".log"):
             path.unlink()
@@ -68,7 +68,7 @@ def _unanswered(case: Case) -> Row:
 
 def judged(case: Case, out: Path) -> Row:
     """Return how an answer compares with the truth; `rank` is that of the true laws alone in a diagnosis."""
-    diagnosis = read_told(out / DIAGNOSIS) if (out / DIAGNOSIS).exists() else None
+    diagnosis = read_diagnosis(out / DIAGNOSIS) if (out / DIAGNOSIS).exists() else None
     if diagnosis is not None:
         write_json(out / ANSWER, answer_of(diagnosis))
     answer = read_answer(out / ANSWER)
@@ -104,7 +104,8 @@ def answer_of(diagnosis: Mapping[str, Any]) -> Row:
     for effect in diagnosis["effects"]:
         own = {key: effect[key] for key in keys if key in effect}
         number: Mapping[str, Any] = next(iter(effect["parameters"].values()), {})
-        if effect["family"] in NUMBERS and number.get("interval"):
+        # an end that is open (null) makes it no interval
+        if effect["family"] in NUMBERS and None not in number.get("interval", (None,)):
             own["number"] = {"value": number["value"], "interval": number["interval"]}
         effects.append(own)
     same = {key: diagnosis[key] for key in ("verdict", "confidence", "where", "logs")}

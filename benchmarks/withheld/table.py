@@ -6,18 +6,21 @@ python -m benchmarks.withheld.table ENTRANT [ENTRANT] out=FOLDER
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks.withheld.score import share, summary
 from pipeline.withheld.judging import NAMING
-from unmodelled.base.errors import BadInput
+from unmodelled.base.answers import printable_content
+from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
+from unmodelled.report.rendering import policy, templates
 
 Row = Mapping[str, Any]
 Rows = Mapping[str, Row]
@@ -26,6 +29,7 @@ KINDS = (
     *("single", "null", "pair", "several", "outside", "number", "wrong_logs", "twin"),
     *("real", "archive", "field"),
 )
+HERE = Path(__file__).parent
 #: What is counted, and its heading.
 COUNTED = {
     "first": "named first",
@@ -36,16 +40,6 @@ COUNTED = {
 }
 #: Entries of a row that make two answers differ.
 SAID = ("verdict", "effects")
-PAGE = """<!doctype html><html lang="en"><meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1"><title>Withheld</title>
-<style>
-body {{font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 75rem; padding: 0 1rem}}
-div {{overflow-x: auto}} table {{border-collapse: collapse}} td, th {{padding: .2rem .6rem; text-align: left}}
-tr {{border-bottom: 1px solid #8884; vertical-align: top}}
-.rates td {{white-space: nowrap}} .wrong {{background: #d552}}
-</style>
-{}</html>
-"""
 
 
 def rows_of(out: Path, name: str) -> Path:
@@ -55,7 +49,9 @@ def rows_of(out: Path, name: str) -> Path:
 
 def read_rows(folder: Path) -> dict[str, Row]:
     """Return the rows of a folder by case; the folder may be missing."""
-    return {path.stem: read_json(path) for path in sorted(folder.glob("*.json"))}
+    return {
+        printable(path.stem): printable_content(read_json(path)) for path in sorted(folder.glob("*.json"))
+    }
 
 
 def write_page(forms: Mapping[str, Rows], out: Path) -> None:
@@ -64,33 +60,28 @@ def write_page(forms: Mapping[str, Rows], out: Path) -> None:
     each = [summary(rows) for rows in every.values()]
     rates = [[lines[0][0], *(line[1] for line in lines)] for lines in zip(*each, strict=True)]
     rates[0] = ["measure", *(f"{name}, {len(rows)} cases" for name, rows in forms.items())]
-    parts = ["<h1>Withheld</h1>", "<p>Rates with 95 % intervals (Wilson).</p>", _html(rates)]
-    parts += ["<h2>By kind of case</h2>", _html(_counts(every))]
-    parts += ["<h2>Cost</h2>", _html(_costs(every))]
-    for name, rows in forms.items():
-        parts += [f"<h2>{escape(name)}: every case</h2>", "<div><table>"]
-        parts += ["<tr><th>case<th>truth<th>answer<th></tr>", *(_linked(row, name) for row in rows.values())]
-        parts.append("</table></div>")
-    (out / "index.html").write_text(PAGE.format("\n".join(parts)))
+    text = (
+        templates(HERE)
+        .get_template("withheld.html.j2")
+        .render(
+            policy=policy([]),
+            tables={"": rates, "By kind of case": [*_counts(every)], "Cost": [*_costs(every)]},
+            cases={name: [_linked(row, name) for row in rows] for name, rows in every.items()},
+        )
+    )
+    (out / "index.html").write_text(text)
 
 
-def _linked(row: Row, name: str) -> str:
-    """A line of the list of cases, with links to the files of the case."""
+def _linked(row: Row, name: str) -> tuple[str, dict[str, str]]:
+    """Whether the answer of a case is right, and its texts by the addresses of its files."""
     case, right = row["case"], row.get("right")
-    mark = "" if right is None else "right" if right else "wrong"
     cells = {
         f"cases/{case}": case,
         f"truth/{case}/truth.json": row["truth"],
         f"answers/{name}/{case}/answer.json": _answer(row),
     }
-    links = "".join(f'<td><a href="{link}">{escape(text)}</a>' for link, text in cells.items())
-    return f'<tr class="{mark}">{links}<td>{mark}</tr>'
-
-
-def _html(rows: Iterable[Sequence[str]]) -> str:
-    head, *body = ["".join(f"<td>{escape(cell)}" for cell in row) for row in rows]
-    lines = "\n".join(f"<tr>{line}</tr>" for line in body)
-    return f'<div><table class="rates"><tr>{head.replace("<td>", "<th>")}</tr>\n{lines}</table></div>'
+    mark = "" if right is None else "right" if right else "wrong"
+    return mark, {quote(address): text for address, text in cells.items()}
 
 
 def page(forms: Mapping[str, Rows]) -> str:
@@ -104,8 +95,8 @@ def page(forms: Mapping[str, Rows]) -> str:
     compared = {name: [rows[case] for case in shared] for name, rows in forms.items()}
     lines = [f"# {' and '.join(forms)}: {len(shared)} cases", ""]
     revisions = {name: sorted({row["revision"] for row in rows}) for name, rows in compared.items()}
-    lines += [f"- {name}: revision {', '.join(each)}" for name, each in revisions.items()]
-    lines += [f"- left out, because their files differ: {', '.join(changed)}"] if changed else []
+    lines += [f"- {name}: revision {_cell(', '.join(each))}" for name, each in revisions.items()]
+    lines += [f"- left out, because their files differ: {_cell(', '.join(changed))}"] if changed else []
     lines += ["", "## Answers by kind", "", *_table(_counts(compared))]
     lines += ["", "## Cost", "", *_table(_costs(compared))]
     if len(compared) == 2:
@@ -194,8 +185,13 @@ def _marks(row: Row) -> str:
 
 
 def _table(rows: Iterator[list[str]]) -> list[str]:
-    lines = ["| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows]
+    lines = ["| " + " | ".join(map(_cell, row)) + " |" for row in rows]
     return [lines[0], "|" + "---|" * (lines[0].count("|") - 1), *lines[1:]]
+
+
+def _cell(text: str) -> str:
+    """A text that Markdown shows as it is: neither a column, nor a link, nor HTML."""
+    return escape(text.replace("|", "/"), quote=False).replace("[", "&#91;")
 
 
 def main(words: Sequence[str]) -> None:

@@ -4,7 +4,8 @@ An answer is right if it names family and channel of the planted effect, or of a
 machine cannot distinguish from it (`alike` in truth.json). A drifting or scattering parameter has the
 channels at which it acts (`parameter_channels`). Only the verdicts `effect` and `main_effect` name effects.
 Effects that describe the measurement chain (`tolerated` in truth.json), or that the answer cannot tell from
-one of these, are neither right nor wrong.
+one of these, are neither right nor wrong. Of the effects that an answer lists as indistinguishable from a
+named one, the first `ALTERNATIVES` count.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -17,6 +18,9 @@ ActsAt = Mapping[str, Collection[str]]
 
 #: A confidence from which on a wrong answer misleads.
 CONFIDENT = 0.8
+#: Alternatives of a named effect that count, as many as a diagnosis lists (`most_equal`): whoever lists every
+#: family at every place has said nothing.
+ALTERNATIVES = 3
 #: Of `Case`, all true or false.
 ANSWERS = ("first", "all_reported", "exact", "placed", "one", "channel")
 #: Verdicts that name effects.
@@ -112,15 +116,15 @@ class Case:
 
     def _is_tolerated(self, effect: Content) -> bool:
         """Whether an effect, or one that the logs cannot tell from it, describes the measurement chain."""
-        every = [effect, *effect["indistinguishable"]]
+        every = _with_alternatives(effect)
         said = {(e["family"], channel) for e in every for channel in channels(e["port"], self.acts_at)}
         is_planted = any(p.is_named(e, self.acts_at) for p in self.planted for e in every)
         return bool(said & self.tolerated) and not is_planted
 
     @property
     def reported(self) -> list[list[Content]]:
-        """Every named effect together with the effects that the diagnosis cannot distinguish from it."""
-        return [[effect, *effect["indistinguishable"]] for effect in self.named]
+        """Every named effect with the first effects that the diagnosis cannot distinguish from it."""
+        return [_with_alternatives(effect) for effect in self.named]
 
     @property
     def first(self) -> bool:
@@ -218,6 +222,10 @@ class Case:
         if self.verdict == "main_effect":
             return named and max(self.planted, key=lambda p: p.share) in said
         return named and all(p in said for p in self.planted if p.seen)
+
+
+def _with_alternatives(effect: Content) -> list[Content]:
+    return [effect, *effect["indistinguishable"][:ALTERNATIVES]]
 
 
 def in_words(case: Case) -> str:

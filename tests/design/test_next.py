@@ -29,6 +29,10 @@ travel: {x: {low: -0.3, high: 0.3}}
 """
 
 
+#: What an answer tells of an effect besides.
+TOLD = {"law": "F_0", "confidence": 0.5, "shrink": 0.9, "interval": [0.8, 1.0]}
+
+
 def moved(force: Array, friction: bool, v: float = 0.0) -> Array:
     """Position (m) and speed (m/s) of the cart, with friction or a load."""
 
@@ -51,16 +55,26 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
         y = moved(force, True, 0.5) + rng.normal(0.0, NOISE, (150, 2))
         tables.append({"t": t, "force": force, "x": y[:, 0], "v": y[:, 1]})
     write_runs(folder / "logs", tables)
-    errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4}
+    errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4, "known": 0.1, "known_whole_run": None}
+    gaps = dict.fromkeys(("known", "reidentified", "augmented", "neural", "floor", "persistence"), 0.1)
+    gaps |= {"shrink": 0.9, "interval": [0.8, 1.0], "held_out": ["run1"], "horizon": 0.4}
+    ids = [f"run{k}" for k in range(4)]
     friction = {"family": "coulomb_friction", "port": "rail"}
     load = {"family": "constant_load", "port": "rail", "parameters": {}, "indistinguishable": [friction]}
+    load |= TOLD
     answer: dict[str, Any] = {
         "schema": SCHEMA,
         "system": "cart",
         "verdict": "effect",
         "seed": 0,
-        "where": {"experiments": [{"id": f"run{k}"} for k in range(4)]},
-        "gap": {"horizon": 0.4, "units": {"x": errors, "v": errors}},
+        "confidence": 0.5,
+        "remainder": None,
+        "where": {
+            **{key: [] for key in ("channels", "regions", "factors")},
+            "experiments": [{"id": name, "known": 0.3, "augmented": 0.1} for name in ids],
+        },
+        "gap": {**gaps, "units": {"x": {"unit": "m", **errors}, "v": {"unit": "m/s", **errors}}},
+        **{key: [] for key in ("comparison", "logs", "notes")},
         "effects": [load],
         "parameters": {},
     }
@@ -191,7 +205,7 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
     ids=lambda e: " ".join(e.values()),
 )
 def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str, str]) -> None:
-    effects = [{**effect, "parameters": {}, "indistinguishable": []}]
+    effects = [{**TOLD, **effect, "parameters": {}, "indistinguishable": []}]
     with pytest.raises(BadInput, match=f"{effect['family']} at {effect['port']} cannot be added") as error:
         proposed(case, effects=effects)
     assert "\n" not in str(error.value)
@@ -231,6 +245,8 @@ def answer(case: Path) -> dict[str, Any]:
     return found
 
 
+AT_OIL = {"family": "coulomb_friction", "port": "rail", "factor": "oil"}
+BRAKE = {"name": "brake", "formula": "c*v", "numbers": {"c": {"unit": "N s/m", "plausible": 1.0}}}
 WRONG: tuple[Any, ...] = (..., None, "x", "", -1, 0, 1e308, [], {}, True, [1], {"a": 1}, [None, None], -5.5)
 
 
@@ -251,14 +267,17 @@ def test_an_edited_answer_is_one_line(case: Path, answer: dict[str, Any]) -> Non
     ("place", "value", "message"),
     [
         (("effects", 0, "parameters", "F", "value"), "much", "effects[0].parameters.F.value"),
-        (("effects", 0, "parameters", "F", "interval"), [0.3], "interval must be two numbers, got 1"),
+        (("effects", 0, "parameters", "F", "interval"), [0.3], "interval: must have 2 entries, got 1"),
         (("effects", 0, "indistinguishable", 0), ..., ""),
         (("effects", 0, "indistinguishable"), ..., "effects[0]: indistinguishable is missing"),
-        (("effects", 0, "factor"), "oil", "there is no factor 'oil'"),
+        (("effects", 0, "factor"), "oil", "effects[0]: 'level' is a dependency of 'factor'"),
+        (("effects", 0, "indistinguishable", 0), {**AT_OIL, "level": "old"}, "there is no factor 'oil'"),
         (("effects", 0, "signal"), "sun", "there is no signal 'sun'"),
         (("gap", "units", "v"), ..., "gap.units: has no output v"),
         (("gap", "horizon"), -1, "horizon"),
         (("seed",), 0.5, "seed: must be a whole number"),
+        (("laws",), [{**BRAKE, "only": 5}], "laws[0].only: must be a list, got 5"),
+        (("laws",), [{**BRAKE, "force": 5}], "laws[0]: unknown key 'force'"),
     ],
 )
 def test_an_edit_is_named(
@@ -356,7 +375,7 @@ def test_the_answer_says_where_its_system_and_logs_are(
     assert run(sources={"system": str(system), "logs": str(logs)}) == "enough"
     assert read == [(system, logs)]
     assert "does not say where its system is: add system=<path>" in run()
-    assert "does not say where its system is" in run(sources=[1])
+    assert "sources: must be an object, got a list" in run(sources=[1])
     assert "no longer at" in run(sources={"system": str(system), "logs": "/nowhere/at/all"})
 
 

@@ -109,7 +109,7 @@ def write_inputs(folder: Path) -> Path:
 
 def diagnosis(system: str = "emps") -> dict[str, Any]:
     gap = {"known": 0.31, "reidentified": 0.18, "augmented": 0.012, "neural": 0.011, "floor": 6.27e-6}
-    gap |= {"shrink": 0.98, "interval": [0.97, 0.99], "held_out": ["run2"]}
+    gap |= {"persistence": 0.4, "shrink": 0.98, "interval": [0.97, 0.99], "held_out": ["run2"]}
     errors = {"known": 0.014, "augmented": 2e-4, "known_whole_run": 0.21, "augmented_whole_run": None}
     gap |= {"horizon": 0.1, "units": {"q": {"unit": "m", **errors}}}
     runs = [{"id": f"run{k}", "known": 0.3 + k, "augmented": 0.02} for k in range(8)]
@@ -134,9 +134,10 @@ def diagnosis(system: str = "emps") -> dict[str, Any]:
             "experiments": runs,
         },
         "gap": gap,
-        "parameters": {"M": {"known": 95.1, "identified": 94.9, "interval": [94.6, 95.3]}},
+        "parameters": {"M": {"known": 95.1, "identified": 94.9, "unit": "kg", "interval": [94.6, 95.3]}},
         "comparison": tried,
         "remainder": None,
+        "logs": [],
         "notes": ["v was estimated from q"],
     }
 

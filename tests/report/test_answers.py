@@ -47,7 +47,8 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     times = pd.DataFrame({"over": "experiment", "t": [0.1, 0.2, 0.3], "reidentified": [1.0, 3.0, 2.0]})
     write_table(times.assign(augmented=0.1), folder / "stage" / "before" / "tables" / "time")
     put(folder / "stage" / "after #2", effects=[friction(18.0, 19.0)])
-    gap = {"known": 0.02, "reidentified": 0.02, "augmented": 0.02, "floor": 0.02, "shrink": 0.0, "units": {}}
+    same = dict.fromkeys(("known", "reidentified", "augmented", "neural", "floor", "persistence"), 0.02)
+    gap = {**same, "shrink": 0.0, "interval": [0.0, 0.0], "held_out": [], "horizon": 0.1, "units": {}}
     put(folder / "none", verdict="no_gap", effects=[], where=NOWHERE, gap=gap, system=EVIL)
     put(folder / "logs", verdict="check_logs", effects=[], parameters={})
     case.put(folder / "torn" / "diagnosis.json", "{")
@@ -71,7 +72,7 @@ def test_every_answer_is_listed_and_what_is_none_is_a_note(answers: Path) -> Non
     assert [note.split(":")[0] for note in found.notes] == [
         str(answers / name / "diagnosis.json") for name in ("odd", "torn")
     ]
-    assert "KeyError" in found.notes[0] and "not a JSON file" in found.notes[1]
+    assert "system is missing" in found.notes[0] and "not a JSON file" in found.notes[1]
     (line,) = (line for line in repr(found).splitlines() if line.startswith("stage/before"))
     for part in ("effect found", "14\xa0mm", "0.2\xa0mm", "Coulomb friction at rail: 22.5 N (22.0 to 23.0)"):
         assert part in line

@@ -10,7 +10,6 @@ import pandas as pd
 from unmodelled.base.errors import printable
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import check_writable
-from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.report.answers import ListedAnswer, find_answers, table_lines
 from unmodelled.report.answers_page import write_answers_page
 from unmodelled.report.diagnosis_page import PAGE
@@ -100,5 +99,5 @@ def list_answers(folder: Path | str) -> AnswerList:
         >>> found.save().name
         'index.html'
     """
-    answers, notes = find_answers(Path(folder), SCHEMA)
+    answers, notes = find_answers(Path(folder))
     return AnswerList(Path(folder), tuple(answers), tuple(notes))

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from unmodelled.api.answer import Answer
-from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json
+from unmodelled.base.answers import read_diagnosis
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
-from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.diagnosis.data.options import Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
@@ -122,7 +120,7 @@ def read_answer(folder: Path | str) -> Answer:
         The answer as it was written: verdict, effects, tables, figures and the augmented system.
 
     Raises:
-        BadInput: when the folder holds no answer of this version.
+        BadInput: when the folder holds no answer of this version, or an entry of it was damaged.
 
     Examples:
         >>> import tempfile, unmodelled as um
@@ -135,7 +133,4 @@ def read_answer(folder: Path | str) -> Answer:
         >>> answer.system.port("joint").law
         F_c*tanh(omega/v_c)
     """
-    content = read_json(file := Path(folder) / SUMMARY)
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise BadInput(f"{file}: is no answer of this version (schema {SCHEMA}): diagnose again")
-    return Answer(Path(folder), content)
+    return Answer(Path(folder), read_diagnosis(Path(folder) / SUMMARY))

@@ -31,7 +31,7 @@ def read_shaped(path: Path, shape: Shape) -> Any:
 def check_shape(path: Path, content: Any, shape: Shape, place: str = "") -> None:
     """Refuse the content of a JSON file, at a place in it, if its structure differs from the expected one."""
     if not _fits(content, shape):
-        raise BadInput(f"{path}:{place and f' {place}:'} must be {_expected(shape)}, got {_shown(content)}")
+        raise BadInput(f"{path}:{place and f' {place}:'} must be {_expected(shape)}, got {in_words(content)}")
     if isinstance(shape, tuple):
         shape = next(s for s in shape if _fits(content, s))
     match shape:
@@ -76,7 +76,8 @@ def _expected(shape: Shape) -> str:
     return _NAMES[shape]
 
 
-def _shown(content: Any) -> str:
+def in_words(content: Any) -> str:
+    """Return a value in words for an error message."""
     if isinstance(content, dict | list) or content is None:
         return _NAMES[None if content is None else type(content)]
     return ascii(content)[:60]

@@ -10,6 +10,7 @@ from typing import Any, get_args
 import numpy as np
 import sympy as sp
 
+from unmodelled.base.answers import check_content
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.effects import law as laws
 from unmodelled.effects.contract import check_effect
@@ -39,8 +40,6 @@ COORDINATES = {"x": "position", "v": "velocity"}
 CORNER, SMOOTH, CREEP = "sign(v)", "tanh(v/v_c)", "v_c"
 #: Starting values and bounds of a number in which a law is not linear, in its plausible size.
 GRID, BOUNDS = (1.0 / 3.0, 1.0, 3.0), (1e-3, 1e3)
-#: Entries of a number.
-ENTRIES = "unit", "plausible", "low", "high", "like"
 #: Complexity of a number in which the law is linear, and of another one.
 LINEAR, OTHER = 1.0, 0.5
 
@@ -108,13 +107,12 @@ class Law(LawEffect):
     only: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        check_content(self._where, _plain(vars(self)), "law")
         made = {name: _number(self._where, name, given) for name, given in self.numbers.items()}
         object.__setattr__(self, "numbers", made)
         object.__setattr__(self, "only", tuple(self.only))
         if not self.name.isidentifier():
             raise BadInput(f"{self._where}: its name must be letters, digits and underscores")
-        if self.at not in LOCAL:
-            raise BadInput(f"{self._where}: at: must be one of {', '.join(LOCAL)}, got {self.at!r}")
         if not self._amplitudes:
             raise BadInput(f"{self._where}: numbers: needs one without `like`, at zero of which it is absent")
         rest = self._expression.xreplace(dict.fromkeys(map(symbol, self._amplitudes), sp.S.Zero))
@@ -269,15 +267,27 @@ class Law(LawEffect):
         return tuple(place.channel for place in found)
 
 
+def _plain(given: Any) -> Any:
+    """The arguments of a law as the schema of answers knows them."""
+    match given:
+        case Number():
+            return _plain(vars(given))
+        case Mapping():
+            return {str(name): _plain(entry) for name, entry in given.items()}
+        case np.generic():
+            return given.item()
+        case tuple():
+            return [*given]
+    return given
+
+
 def _number(where: str, name: str, given: Number | Mapping[str, Any]) -> Number:
-    if isinstance(given, Mapping) and (not {*given} <= {*ENTRIES} or not {"unit", "plausible"} <= {*given}):
-        raise BadInput(f"{where}: numbers.{name}: needs unit and plausible, and may have low, high and like")
     try:
-        number = given if isinstance(given, Number) else Number(**given)
+        number = Number(**_plain(given))
         low, high = number.bounds
     except (TypeError, ValueError) as fault:
         raise BadInput(f"{where}: numbers.{name}: {fault}") from None
-    if not name.isidentifier() or name in {"t", CREEP, *(n for some in LOCAL.values() for n in some)}:
+    if not str(name).isidentifier() or name in {"t", CREEP, *(n for some in LOCAL.values() for n in some)}:
         raise BadInput(f"{where}: numbers.{name}: is no name of a number; choose another one")
     if not number.plausible > 0.0 or not low < high:
         raise BadInput(f"{where}: numbers.{name}: plausible must be positive, and low less than high")

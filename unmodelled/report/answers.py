@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from unmodelled.base.answers import read_diagnosis
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, printable
-from unmodelled.base.files import read_json
 from unmodelled.base.sure_numbers import as_said, doubt, main_number, remark
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
@@ -23,7 +23,7 @@ from unmodelled.report.numbers import amounts, number, quantity, unit_text
 Entry = Mapping[str, Any]
 
 SUMMARY = "diagnosis.json"
-#: What reading a table or JSON of another structure, or with numbers out of range, can raise.
+#: What reading a table of another structure, or with numbers out of range, can raise.
 UNLIKE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 #: Verdicts of diagnosis.json in words.
 VERDICTS = {
@@ -81,7 +81,7 @@ class ListedAnswer:
         return (before, after) if len(rows) > 1 and np.isfinite([before, after]).all() else None
 
 
-def find_answers(folder: Path, schema: str) -> tuple[list[ListedAnswer], list[str]]:
+def find_answers(folder: Path) -> tuple[list[ListedAnswer], list[str]]:
     """Find the answers below a folder, in alphabetical order; hidden folders and links are left out."""
     if not folder.is_dir():
         raise BadInput(f"{folder}: is no folder: give the folder that holds the answers of `diagnose`")
@@ -89,7 +89,7 @@ def find_answers(folder: Path, schema: str) -> tuple[list[ListedAnswer], list[st
     notes: list[str] = []
     for place in _folders(folder):
         try:
-            found.append(_read(place, folder, schema))
+            found.append(_read(place, folder))
         except BadInput as fault:
             notes.append(str(fault))
     if not found:
@@ -106,41 +106,15 @@ def _folders(folder: Path) -> Iterator[Path]:
             yield Path(place)
 
 
-def _read(folder: Path, listed: Path, schema: str) -> ListedAnswer:
-    file = folder / SUMMARY
-    content = read_json(file)
-    if not isinstance(content, dict) or content.get("schema") != schema:
-        raise BadInput(f"{file}: is no answer of this version (schema {schema}): diagnose again")
-    try:
-        return _listed(_printable(content), folder, printable(folder.relative_to(listed).as_posix()))
-    except UNLIKE as error:
-        raise BadInput(
-            f"{file}: does not follow {schema} ({type(error).__name__}: {error}): diagnose again"
-        ) from None
-
-
-def _printable(content: Any) -> Any:
-    """The same content, whose texts a terminal shows as they are: a file may come from anywhere."""
-    match content:
-        case str():
-            return printable(content)
-        case list():
-            return [_printable(item) for item in content]
-        case dict():
-            return {printable(key): _printable(value) for key, value in content.items()}
-    return content
-
-
-def _listed(content: Entry, folder: Path, name: str) -> ListedAnswer:
+def _read(folder: Path, listed: Path) -> ListedAnswer:
+    content, name = read_diagnosis(folder / SUMMARY), printable(folder.relative_to(listed).as_posix())
     verdict, gap = content["verdict"], content["gap"]
-    if verdict not in VERDICTS:
-        raise ValueError(f"verdict {verdict!r}")
     fitted = verdict != "check_logs"
     channels = content["where"]["channels"][:1]
     return ListedAnswer(
         folder,
         name,
-        str(content["system"]),
+        content["system"],
         verdict,
         float(content["confidence"]),
         outcome(content),

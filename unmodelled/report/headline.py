@@ -54,10 +54,11 @@ def _capital(text: str) -> str:
 
 def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
     """Return the outputs whose error falls, each with its entry of `gap.units`."""
+    every = ((name, as_said(entry)) for name, entry in content["gap"]["units"].items())
     return [
-        (name, as_said(entry))
-        for name, entry in content["gap"].get("units", {}).items()
-        if None not in (entry["known"], entry["augmented"]) and entry["augmented"] < entry["known"]
+        (name, said)
+        for name, said in every
+        if None not in (said["known"], said["augmented"]) and said["augmented"] < said["known"]
     ]
 
 

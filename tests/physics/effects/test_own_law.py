@@ -1,5 +1,6 @@
 """Laws of a user: formulas, units, places, files, packages."""
 
+import json
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -7,6 +8,7 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import unmodelled as um
@@ -75,8 +77,8 @@ def test_a_law_may_act_at_every_kind_of_place(at: Any, formula: str, numbers: An
         ("c**2*v", DRAG, "formula: must be linear in c"),
         ("c*v", {"c": {"unit": "Nn", "plausible": 1.0}}, "numbers.c: unknown unit 'Nn'"),
         ("c*v", {"c": {"unit": "N", "plausible": -1.0}}, "numbers.c: plausible must be positive"),
-        ("c*v", {"c": {"unit": "N"}}, "numbers.c: needs unit and plausible"),
-        ("c*v", {"c": {"unit": "N", "plausible": 1.0, "size": 2}}, "numbers.c: needs unit and plausible"),
+        ("c*v", {"c": {"unit": "N"}}, "numbers.c: plausible is missing"),
+        ("c*v", {"c": {"unit": "N", "plausible": 1.0, "size": 2}}, "numbers.c: unknown key 'size', must be"),
         ("v*v", {"v": {"unit": "N", "plausible": 1.0}}, "numbers.v: is no name of a number"),
         ("v", {}, "numbers: needs one without `like`"),
     ],
@@ -106,6 +108,34 @@ def test_whether_a_formula_vanishes_is_found_in_no_time(rest: str, zero: bool) -
     with nullcontext() if zero else pytest.raises(BadInput, match="formula: must be 0 where c = 0"):
         Law("mine", f"c*v*abs(v) + {rest}", DRAG)
     assert time.process_time() - began < 5.0
+
+
+#: What an argument of a law is not, and what it may be of another type.
+ODD: tuple[Any, ...] = (
+    *(None, 3, float("inf"), float("-inf"), float("nan"), True, 10**400, object(), b"c", "joint", "\x1b"),
+    *([], {}, [None], (1,), {1: 2}, np.float32(0.5), np.int64(2)),
+)
+
+
+@pytest.mark.parametrize("key", ["name", "formula", "numbers", "at", "only"])
+def test_an_odd_argument_of_a_law_is_one_line(key: str) -> None:
+    known = {"name": "grip", "formula": "F*tanh(v/v_s)", "numbers": GRIP, "at": "port", "only": ("joint",)}
+    for odd in ODD:
+        if (key, repr(odd)) not in [("name", "'joint'"), ("only", "[]")]:
+            (told,) = refusals(lambda odd=odd: Law(**known | {key: odd}))  # type: ignore[misc]
+            assert told.startswith("law ") and told.isprintable()
+
+
+@pytest.mark.parametrize("key", ["", "unit", "plausible", "low", "high", "like"])
+def test_an_odd_number_of_a_law_is_one_line_or_a_number(key: str) -> None:
+    number = {"unit": "N m", "plausible": 0.1, "low": 0.0, "high": 10.0}
+    for odd in ODD:
+        try:
+            law = Law("grip", "F*tanh(v)", {"F": {**number, key: odd} if key else odd})
+        except BadInput as fault:
+            assert str(fault).startswith("law grip: ") and not fault.others
+        else:
+            assert np.isfinite(law.numbers["F"].bounds).all() and json.dumps(law.definition)
 
 
 def test_units_and_places_are_those_of_the_machine() -> None:

@@ -91,9 +91,11 @@ def _explains(effect: Entry) -> str:
 def _remainder(left: Entry, gap: Entry) -> str:
     at = f"; the further effect that predicts best is at {left['channel']}" if left["channel"] else ""
     predicts = f"{_percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
+    part = gap["augmented"] / gap["persistence"] if gap["persistence"] else None
+    against = f"the gap is {_percent(part)} of that of persistence; " if part is not None else ""
     return (
         f"remainder: {_percent(left['share'])} of the squared error in experiments that were left out of the "
-        f"fit; the gap is {_percent(gap['augmented'] / gap['persistence'])} of that of persistence; "
+        f"fit; {against}"
         f"a network in every port predicts {predicts}{at}"
     )
 
@@ -133,7 +135,7 @@ def numbers_of(effect: Entry) -> Iterator[str]:
     for name, entry in effect["parameters"].items():
         number = {"symbol": name, "words": "", **entry, **entry.get("shown", {})}
         if "values" in entry:
-            spread = " to ".join(f"{end:.4g}" for end in number["interval"])
+            spread = " to ".join(map(_number, number["interval"]))
             yield f"{number['symbol']} = {spread}{_unit(number['unit'])}, fitted per experiment"
             continue
         whole = f" of {number['whole']:.4g}" if "whole" in number else ""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from unmodelled.base.answers import SCHEMA
 from unmodelled.base.wording import amounts, part_of
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
@@ -23,7 +24,6 @@ if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
 
 Ports = Mapping[Place, str]
 
-SCHEMA = "diagnosis/2"
 #: Significant digits of a number; of a number in a phrase, and of a ratio there, which has no unit, one less.
 DIGITS, SAID_DIGITS = 8, 3
 
