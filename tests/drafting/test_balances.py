@@ -84,6 +84,24 @@ def test_a_boiler_with_an_inflow_and_a_drain(tmp_path: Path) -> None:
     assert values(system)["A"] == pytest.approx(0.05, rel=0.05)
 
 
+def test_tags_of_a_plant_tell_a_vessel(tmp_path: Path) -> None:
+    """The valve at its outlet, and the controller of the level, are no force on a mass."""
+
+    def day(k: int) -> Mapping[str, Array]:
+        fed, opening = drive(k, 0.0, 3.0), drive(k + 10, 20.0, 80.0, 90)
+        level = filled((fed - 1.5) / 3.6e3, 0.4, 0.0, 2.0)
+        columns = {"LIC-07.PV [mm]": 1e3 * level, "FT-08 [m3/h]": fed, "LV-07 [%]": opening}
+        return {"Time (min)": T / 60.0, **columns, "LIC-07.SP [mm]": drive(k + 20, 1e3, 3e3, 300)}
+
+    mapping, system, text = drafted_days(tmp_path, day, largest=np.inf)
+    assert mapping["signals"] == {
+        "h": {"column": "LIC-07.PV [mm]", "unit": "mm"},
+        "Q": {"column": "FT-08 [m3/h]", "unit": "m^3/h"},
+    }
+    assert "# LIC-07.SP [mm] is the set point of h" in text and "LV-07 [%]" in text
+    assert [item.column_unit for item in (*system.outputs, *system.inputs)] == ["mm", "m^3/h"]
+
+
 def test_an_air_receiver_with_a_valve(tmp_path: Path) -> None:
     def day(k: int) -> Mapping[str, Array]:
         opening = drive(k, 0.0, 80.0)

@@ -13,7 +13,7 @@ from unmodelled.drafting.channels import (
     Channel,
     correlation,
     fit_of,
-    follows,
+    followed,
     input_channel,
     position_channel,
     slope,
@@ -236,11 +236,11 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     acting = [s for s in near if s.role in ACTING]
     acting.sort(key=lambda s: (s.role is Role.PRESSURE, is_command(s.address)))
     efforts = [s for s in acting if s.role in FORCES] or acting
-    goals = [s for s in near if s.role is Role.GOAL or follows(position, s)]
+    goals = [s for s in near if s.role is Role.GOAL or followed(here, s)]
     goal = max(goals, key=lambda signal: correlation(position, signal), default=None)
-    servo = None if goal is None else _servo(here, goal)
+    servo = None if goal is None else followed(here, goal) or _servo(here, goal)
     loop = Drive(0.0, 0.0, 0.0) if servo is None else fit_of(here, servo, True)
-    unknown = [s for s in free if s.role is None]
+    unknown = [s for s in free if s.role is None and s is not goal]
     drives = [input_channel(s, is_angle(here.unit)) for s in efforts or unknown]
     rated = [(fit_of(here, drive, False), drive) for drive in drives]
     best = max((fit.share for fit, _ in rated), default=0.0)
@@ -252,7 +252,8 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, drive = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].signal.values)))
-    joint = Joint(here, velocity, drive, False, fit, _without(drive.signal, efforts), goal)
+    others = efforts or [pair[1].signal for pair in alike]
+    joint = Joint(here, velocity, drive, False, fit, _without(drive.signal, others), goal)
     return _with_chamber(joint, drive)
 
 
@@ -283,7 +284,7 @@ def with_goal(joint: Joint) -> Joint:
     """Return a joint that follows its commanded position, if one is logged, for a model with a servo."""
     if joint.goal is None:
         return joint
-    servo = _servo(joint.position, joint.goal)
+    servo = followed(joint.position, joint.goal) or _servo(joint.position, joint.goal)
     return replace(joint, drive=servo, servo=True, fit=fit_of(joint.position, servo, True), goal=None)
 
 
