@@ -139,7 +139,7 @@ def _parameters(k: str, balance: Balance) -> list[str]:
                 " (100 %)" if supply.channel.unit == "%" else "" if own == "1" else f" {own}"
             )
             lines.append(f"  # Question: which {effort} does {one} make? {store}{k} goes with it.")
-            lines.append(f"  k_{name}: {{value: 1, unit: {over_unit(effort, own)}}}")
+            lines.append(f"  k_{name}: {{value: 1, unit: {quoted(over_unit(effort, own))}, guess: true}}")
     lines.append(f"  {store}{k}: {identified(size, _ratio(effort, level, 1))}")
     if balance.source is not None:
         guess = balance.exchange or size / balance.seconds

@@ -86,7 +86,7 @@ def plain(signal: Signal) -> Array:
 
 
 def followed(position: Channel, other: Signal) -> Channel | None:
-    """Return what is called a set point, but not of what, in the unit in which a position follows it, or None."""
+    """Return a set point that a name does not tell of what, in the unit in which a position follows it."""
     if other.role is not None or not is_command(other.address):
         return None
     asked = "is its scale that of the position?" if position.question else ""

@@ -92,7 +92,7 @@ def _servo(k: str, joint: Joint) -> list[str]:
     return [
         f"  # u{k} is a set point: the loop is closed, and K{k} and D{k} stand for its controller.",
         f"  # Question: what is the inertia of q{k}? Positions give no torques: K{k} and D{k} go with it.",
-        f"  J{k}: {{value: 1, unit: {inertia}}}",
+        f"  J{k}: {{value: 1, unit: {inertia}, guess: true}}",
         f"  K{k}: {identified(stiffness, f'{effort}/{position}')}",
         f"  D{k}: {identified(damping, f'{effort} s/{position}')}",
     ]
@@ -114,7 +114,7 @@ def _body(k: str, joint: Joint) -> list[str]:
         own = si_unit(joint.drive.unit)
         one = f"u{k} = 1" if own == "1" else f"one {own} of u{k}"
         lines.append(f"  # Question: which {effort} does {one} make?{area}")
-        lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
+        lines.append(f"  k{k}: {{value: {factor:g}, unit: {quoted(unit)}, guess: true}}")
     if joint.against is not None:
         lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
         lines.append(f"  k{k}_2: {identified(factor * joint.against.scale, 'N/Pa')}")
