@@ -103,6 +103,17 @@ def test_a_gyro_in_degrees_tells_the_last_digit_of_an_angle(tmp_path: Path) -> N
     assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
 
 
+@pytest.mark.parametrize("rate", [1.0, 180.0 / np.pi])
+def test_a_symbol_that_is_the_slope_is_a_speed(tmp_path: Path, rate: float) -> None:
+    """p is a roll rate in flight mechanics; a column that is the only one beside an angle drives it."""
+    columns = {"t": "t", "roll_rad": "angle", "p": "speed", "aileron": "torque"}
+    mapping, _ = drafted(write(tmp_path / "raw", columns, speed=rate))
+    assert columns_of(mapping) == {"q": "roll_rad", "w": "p", "u": "aileron"}
+    assert mapping["signals"]["w"]["unit"] == ("rad/s" if rate == 1.0 else "deg/s")
+    alone = {name: own for name, own in columns.items() if own != "torque"}
+    assert columns_of(drafted(write(tmp_path / "alone", alone))[0]) == {"q": "roll_rad", "u": "p"}
+
+
 def test_a_clock_whose_name_tells_too_fast_a_rate_is_a_question(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"us": "t", "phi": "angle", "torque": "torque"})
     mapping, _ = drafted(logs)

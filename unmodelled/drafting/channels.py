@@ -10,7 +10,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.lines import one_line
 from unmodelled.drafting.motion import Drive, Slope, at, drive_of, slope_of
-from unmodelled.drafting.names import Role, is_command, words_of
+from unmodelled.drafting.names import Role, is_command, says_little, words_of
 from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
 from unmodelled.systems.units import parse_logged
 
@@ -120,6 +120,16 @@ def position_channel(
     if _LENGTHS & set(words_of(position.address)):
         return Channel(position, "m", False)
     return Channel(position, "deg" if widest > DEGREES else "rad", False)
+
+
+def is_slope(position: Signal, other: Signal, correlated: float) -> bool:
+    """Return whether a column of little name is the slope of a position, in a usual pair of units."""
+    if other.unit is not None or not says_little(other.address) or is_command(other.address):
+        return False
+    found = slope(position, other)
+    pairs = [pair for pair in PAIRS if position.unit in (None, pair[0])]
+    usual = any(_close(found.ratio, _size(own) / _size(rate), EXACT) for own, rate in pairs)
+    return found.correlation >= correlated and usual
 
 
 def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:

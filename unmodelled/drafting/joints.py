@@ -15,6 +15,7 @@ from unmodelled.drafting.channels import (
     fit_of,
     followed,
     input_channel,
+    is_slope,
     position_channel,
     slope,
     velocity_channel,
@@ -202,7 +203,12 @@ def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
     same = [s for s in known if _same(position, s)] or known
     rated = [(slope(position, s).correlation, s) for s in same if not geared(position, s)]
     best, found = max(rated, key=lambda pair: pair[0], default=(0.0, None))
-    return found if best >= NAMED else None
+    if best >= NAMED:
+        return found
+    # a symbol, such as p of a roll rate, is no drive if it is the slope and something else may drive
+    slopes = [s for s in free if is_slope(position, s, UNNAMED)]
+    others = [s for s in free if s not in slopes and (s.role is None or s.role in FORCES)]
+    return slopes[0] if slopes and others else None
 
 
 def _same(position: Signal, other: Signal) -> bool:

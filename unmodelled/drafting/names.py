@@ -246,6 +246,16 @@ def _commanded(name: str, role: Role | None) -> Role | None:
     return Role.SET_POINT if role in _CONTROLLED and not is_measured(name) else role
 
 
+def says_little(name: str) -> bool:
+    """Return whether no word of a name tells what it is, only a symbol such as `p`.
+
+    Examples:
+        >>> says_little("imu.p"), says_little("pressure")
+        (True, False)
+    """
+    return tag_in(name) is None and all(len(word) == 1 for word, _ in _told(name))
+
+
 def is_command(name: str) -> bool:
     """Return whether a name is that of a set point."""
     return bool({*_COMMAND.split()} & {*words_of(name)})
