@@ -61,6 +61,17 @@ def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
     assert values(system)["k"] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.parametrize(("step", "unit"), [(300, "s"), (1000, "ms")])
+def test_a_clock_without_a_unit_beside_temperatures(tmp_path: Path, step: int, unit: str) -> None:
+    def day(k: int) -> Mapping[str, Array]:
+        return {"t": step * np.arange(N), "Tb": 20.0 + drive(k, 0.0, 9.0), "Pb": drive(k + 5, 0.0, 50.0)}
+
+    mapping, _ = drafted(put(tmp_path / "raw", map(day, range(2))))
+    assert mapping["time"] == {"column": "t", "unit": unit}
+    assert columns_of(mapping) == {"T": "Tb", "P": "Pb"}
+    assert f"# Question: is it in {unit} (" in (tmp_path / "raw" / "mapping.yaml").read_text()
+
+
 def test_surroundings_that_are_not_logged_are_asked(tmp_path: Path) -> None:
     def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 50.0)
