@@ -32,11 +32,7 @@ def effects() -> tuple[Effect, ...]:
 
 
 def without_own_laws(system: System) -> tuple[str, ...]:
-    """Return a note on every port at which no law of its domain can act.
-
-    Args:
-        system: system with ports.
-    """
+    """Return a note on every port at which no law of its domain can act."""
     own = [effect for effect in effects() if isinstance(effect, PortEffect) and len(effect.domains) == 1]
     found = []
     for port in system.ports:

@@ -21,12 +21,8 @@ def by_units(port: Port, effort: Dimension, coordinate: Dimension) -> tuple[Port
     """Return a port with its only coordinate as its units say, and a note if the file calls it otherwise.
 
     What leaves a store per time is the effort of a balance, and the coordinate is the level of the store. Any
-    other effort times a speed or a current is a power, and times a position or a charge an energy.
-
-    Args:
-        port: port that names a position or a velocity, not both, and no kind.
-        effort: exponents of the base units of its effort.
-        coordinate: exponents of the base units of this position or velocity.
+    other effort times a speed or a current is a power, and times a position or a charge an energy. The port
+    names a position or a velocity, not both, and no kind.
     """
     (name,) = port.coordinates
     product = times(effort, coordinate)

@@ -197,7 +197,7 @@ class System:
             default none.
         events: events that the model predicts; default none.
         source: file that the system was read from, "" where there is none; not compared.
-        remarks: what units say of ports otherwise than the words of the file; not compared, default none.
+        remarks: notes on ports that the file calls otherwise than their units; not compared, default none.
         robot: robot whose equations are part of the system; default None.
     """
 

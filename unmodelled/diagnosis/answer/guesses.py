@@ -60,12 +60,6 @@ def proportions(
     """Return exponents of a guess with which other parameters change so that outputs stay the same.
 
     None if there are no such exponents: then a fit of the guess to the logs may tell its value.
-
-    Args:
-        system: system with values of all parameters.
-        logs: experiments with the states of `system`.
-        guess: parameter whose value may be wrong by any factor.
-        names: names of the parameters that may change with it.
     """
     moved = _influence(system, logs, [guess.name, *names])
     size = np.linalg.norm(moved, axis=1, keepdims=True)
