@@ -61,6 +61,17 @@ def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
     assert values(system)["k"] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.parametrize(("step", "unit"), [(300, "s"), (1000, "ms")])
+def test_a_clock_without_a_unit_beside_temperatures(tmp_path: Path, step: int, unit: str) -> None:
+    def day(k: int) -> Mapping[str, Array]:
+        return {"t": step * np.arange(N), "Tb": 20.0 + drive(k, 0.0, 9.0), "Pb": drive(k + 5, 0.0, 50.0)}
+
+    mapping, _ = drafted(put(tmp_path / "raw", map(day, range(2))))
+    assert mapping["time"] == {"column": "t", "unit": unit}
+    assert columns_of(mapping) == {"T": "Tb", "P": "Pb"}
+    assert f"# Question: is it in {unit} (" in (tmp_path / "raw" / "mapping.yaml").read_text()
+
+
 def test_surroundings_that_are_not_logged_are_asked(tmp_path: Path) -> None:
     def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 50.0)
@@ -82,6 +93,24 @@ def test_a_boiler_with_an_inflow_and_a_drain(tmp_path: Path) -> None:
     assert columns_of(mapping) == {"h": "level_cm", "Q": "feed_flow_l_min", "Q_2": "drain_flow_l_min"}
     assert "h: (Q - Q_2 - k*h - x)/A" in text
     assert values(system)["A"] == pytest.approx(0.05, rel=0.05)
+
+
+def test_tags_of_a_plant_tell_a_vessel(tmp_path: Path) -> None:
+    """The valve at its outlet, and the controller of the level, are no force on a mass."""
+
+    def day(k: int) -> Mapping[str, Array]:
+        fed, opening = drive(k, 0.0, 3.0), drive(k + 10, 20.0, 80.0, 90)
+        level = filled((fed - 1.5) / 3.6e3, 0.4, 0.0, 2.0)
+        columns = {"LIC-07.PV [mm]": 1e3 * level, "FT-08 [m3/h]": fed, "LV-07 [%]": opening}
+        return {"Time (min)": T / 60.0, **columns, "LIC-07.SP [mm]": drive(k + 20, 1e3, 3e3, 300)}
+
+    mapping, system, text = drafted_days(tmp_path, day, largest=np.inf)
+    assert mapping["signals"] == {
+        "h": {"column": "LIC-07.PV [mm]", "unit": "mm"},
+        "Q": {"column": "FT-08 [m3/h]", "unit": "m^3/h"},
+    }
+    assert "# LIC-07.SP [mm] is the set point of h" in text and "LV-07 [%]" in text
+    assert [item.column_unit for item in (*system.outputs, *system.inputs)] == ["mm", "m^3/h"]
 
 
 def test_an_air_receiver_with_a_valve(tmp_path: Path) -> None:

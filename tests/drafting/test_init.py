@@ -136,6 +136,7 @@ def test_a_current_gets_a_torque_constant(tmp_path: Path) -> None:
     assert mapping["signals"]["u"] == {"column": "current_mA", "unit": "mA"}
     assert values(system)["k"] == 1.0 and values(system)["J"] == pytest.approx(2.0 * INERTIA, rel=0.05)
     assert "which N m does one A of u make?" in (logs / "system.yaml").read_text()
+    assert [parameter.name for parameter in system.parameters if parameter.guess] == ["k"]
     assert simulate(system, read_logs(logs, system)).gap.value < 10.0
 
 

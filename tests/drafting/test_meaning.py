@@ -21,31 +21,46 @@ from unmodelled.systems.reader import read_system
 
 #: Names with their units by what they mean.
 MEANINGS = {
-    Role.TEMPERATURE: {"T_oven_degC": "degC", "Temp2 (°C)": "°C", "temp_c": "degC"},
-    Role.POWER: {"P_el_kW": "kW", "laser power [mW]": "mW"},
-    Role.PRESSURE: {"p_A_bar": "bar", "supply_MPa": "MPa"},
-    Role.FLOW: {"flow_l_min": "l/min", "Q_in [m3/h]": "m^3/h"},
+    Role.TEMPERATURE: {
+        **{"T_oven_degC": "degC", "Temp2 (°C)": "°C", "temp_c": "degC", "Tw": None, "yTs": None},
+        **{"Inlet Temp [C]": "degC", "return [C]": None, "probe (\u2103)": "degC", "TI-31": None},
+    },
+    Role.POWER: {"P_el_kW": "kW", "laser power [mW]": "mW", "Pe": None, "JT_40 [kW]": "kW"},
+    Role.PRESSURE: {"p_A_bar": "bar", "supply_MPa": "MPa", "PDT07 [mbar]": "mbar"},
+    Role.FLOW: {"flow_l_min": "l/min", "Q_in [m3/h]": "m^3/h", "FT-12A [kg/s]": "kg/s", "FIC_11.PV": None},
     Role.POSITION: {
+        **{"z_stage": None, "heading": None},
         **{"theta_m": None, "theta_m_deg": "deg", "x_m": "m", "pos_min": None, "pos_a": None},
         **{"Inc": "count", "pos_cnt": "count", "enc ticks": "count", "gear position [V]": "V"},
     },
     Role.CURRENT: {"i_q": None, "iMotor_mA": "mA", "i_cmd_mA": "mA", "tank_supply_A": "A"},
     Role.VELOCITY: {
         **{"speedRPM": "rpm", "n [1/min]": "rpm", "spindle speed 1/min": None, "vel_deg_per_s": "deg/s"},
+        **{
+            "gyrZ": None,
+            "gyro_y_dps": "deg/s",
+            "GyroADC[2]": None,
+            "tilt_rate": None,
+            "pose_position.vx": None,
+        },
+        **{"ST101 [rpm]": "rpm"},
     },
     Role.TIME: {"time_h": None, "t_ms": "ms", "Zeit [min]": "min", "datenum": None},
-    Role.DUTY: {"pump_%": "%", "valve position [%]": "%", "duty_cycle": None},
-    Role.LEVEL: {"tank level mm": "mm", "Füllstand [%]": "%"},
+    Role.DUTY: {"pump_%": "%", "valve position [%]": "%", "duty_cycle": None, "PCV301 [%]": "%"},
+    Role.LEVEL: {"tank level mm": "mm", "Füllstand [%]": "%", "LI-204B [mm]": "mm", "LIC55_PV": None},
     Role.PART: {"cycle": None, "trial no": None},
-    Role.SET_POINT: {"T_set": None},
+    Role.SET_POINT: {"T_set": None, "PIC20/SP": None, "room temp sp": None},
     Role.GOAL: {"pos_set_mm": "mm", "soll [deg]": "deg"},
     Role.EFFORT: {"motor load [N m]": "N m"},
-    None: {"torque_enable": None, "current limit": None},
+    Role.OTHER: {
+        **{"torque_enable": None, "current limit": None, "i_q_offset_A": "A", "gyro_bias[2]": None},
+        **{"acc_x": None, "LSH12": None},
+    },
 }
 
 
 @pytest.mark.parametrize("role", MEANINGS)
-def test_names_are_read_by_whole_words(role: Role | None) -> None:
+def test_names_are_read_by_whole_words(role: Role) -> None:
     for name, unit in MEANINGS[role].items():
         found = meaning_of(name)
         assert (name, found.role, found.unit) == (name, role, unit)
@@ -67,6 +82,54 @@ def test_a_speed_beside_counts_gives_their_scale(tmp_path: Path) -> None:
     assert float(mapping["signals"]["q"]["scale"].removeprefix("1/")) == pytest.approx(2000.0, rel=0.01)
     assert "by speed_rpm" in (logs / "mapping.yaml").read_text()
     assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+
+
+def test_a_gyro_in_degrees_tells_the_last_digit_of_an_angle(tmp_path: Path) -> None:
+    """A bias beside them, which drifts, drives nothing."""
+    columns = {"timeUS": "t", "heading": "angle", "GyrZ": "speed", "rudder": "torque"}
+    degree = 180.0 / np.pi
+    logs = write(tmp_path / "raw", columns, t=1e6, angle=100.0 * degree, speed=degree)
+    for path in logs.iterdir():
+        table = pd.read_csv(path).round({"heading": 0, "timeUS": 0})
+        table.assign(gyro_bias=1e-3 * np.cumsum(table["rudder"])).to_csv(path, index=False)
+    mapping, system = drafted(logs)
+    assert mapping["signals"] == {
+        "q": {"column": "heading", "unit": "deg", "scale": 0.01},
+        "w": {"column": "GyrZ", "unit": "deg/s"},
+        "u": {"column": "rudder", "unit": "N m"},
+    }
+    text = (logs / "mapping.yaml").read_text()
+    assert "# Question: is one 0.01 deg? It is by GyrZ." in text and "# Question: is it in deg/s?" in text
+    assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+
+
+@pytest.mark.parametrize("rate", [1.0, 180.0 / np.pi])
+def test_a_symbol_that_is_the_slope_is_a_speed(tmp_path: Path, rate: float) -> None:
+    """p is a roll rate in flight mechanics; a column that is the only one beside an angle drives it."""
+    columns = {"t": "t", "roll_rad": "angle", "p": "speed", "aileron": "torque"}
+    mapping, _ = drafted(write(tmp_path / "raw", columns, speed=rate))
+    assert columns_of(mapping) == {"q": "roll_rad", "w": "p", "u": "aileron"}
+    assert mapping["signals"]["w"]["unit"] == ("rad/s" if rate == 1.0 else "deg/s")
+    alone = {name: own for name, own in columns.items() if own != "torque"}
+    assert columns_of(drafted(write(tmp_path / "alone", alone))[0]) == {"q": "roll_rad", "u": "p"}
+
+
+def test_a_clock_whose_name_tells_too_fast_a_rate_is_a_question(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"us": "t", "phi": "angle", "torque": "torque"})
+    mapping, _ = drafted(logs)
+    assert mapping["time"] == {"column": "us", "unit": "us"}
+    assert "# Question: is it in us (2.5e+08 samples a second)?" in (logs / "mapping.yaml").read_text()
+
+
+def test_the_system_file_speaks_the_units_of_the_recorder(tmp_path: Path) -> None:
+    columns = {"t": "t", "pan_deg": "angle", "pan rpm": "speed", "winding (mA)": "torque"}
+    logs = write(tmp_path / "raw", columns, angle=180.0 / np.pi, speed=30.0 / np.pi, torque=1e3)
+    _, system = drafted(logs)
+    items = [*system.outputs, *system.inputs]
+    assert [item.column_unit for item in items] == ["deg", "rpm", "mA"]
+    assert [state.unit for state in system.states] == ["rad", "rad/s"]
+    read = read_logs(logs, system)
+    np.testing.assert_allclose(read.y[:1500, 0], LOGS[0]["angle"], atol=1e-9)
 
 
 def test_counts_that_a_force_drives_are_lengths(tmp_path: Path) -> None:

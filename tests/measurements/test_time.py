@@ -37,6 +37,9 @@ def read(folder: Path, time: object, **columns: object) -> Logs:
         ("time (Min)", None, 60.0),
         ("stamp_us", None, 1e-6),
         ("time_ms", None, 1e-3),
+        ("ms", None, 1e-3),
+        ("us", None, 1e-6),
+        ("h", None, 3600.0),
     ],
 )
 def test_units_of_time(tmp_path: Path, name: str, unit: str | None, size: float) -> None:

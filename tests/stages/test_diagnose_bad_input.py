@@ -151,10 +151,6 @@ TEXTS = [
 WITHOUT_PORTS = re.sub(r"ports:\n.*\n", "", SYSTEM).replace(" - F)", ")")
 CHANGES: list[tuple[Change, str]] = [
     (text("system.yaml", b"\xff\xfe\x00"), r"system\.yaml: line 1: not UTF-8 text"),
-    (
-        text("system.yaml", WITHOUT_PORTS.replace(", identify: true", "")),
-        r"system\.yaml: ports: there is none, and no parameter is marked identify",
-    ),
     *((system(old, new), words) for old, new, words in TEXTS),
     (
         lambda folder: (experiments(HEAD + "a,a.csv,1\n")(folder), all_columns(samples=99)(folder)),
@@ -232,6 +228,10 @@ FINE: dict[str, tuple[Change, list[str]]] = {
     "ten kilohertz": (all_columns(samples=2000, period=1e-4), []),
     "a horizon longer than every experiment": (nothing, ["horizon=100"]),
     "no port, but an uncertain parameter": (text("system.yaml", WITHOUT_PORTS), []),
+    "neither port nor uncertain parameter": (
+        text("system.yaml", WITHOUT_PORTS.replace(", identify: true", "")),
+        [],
+    ),
     "a simulation that diverges from some states only": (
         system("(kf*u - b*v - F)", "(kf*u - b*v - F + where(u > 2.9, 1e300*exp(700*abs(v)), 0))"),
         [],

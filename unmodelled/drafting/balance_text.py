@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from unmodelled.drafting.balances import Balance, symbols_of
-from unmodelled.drafting.lines import identified, numbered, one_line, system_file
+from unmodelled.drafting.lines import identified, numbered, one_line, quoted, system_file
 from unmodelled.drafting.names import Role, is_measured
 from unmodelled.drafting.units import si_unit
 from unmodelled.systems.units import SECOND, describe, parse_unit, power, times
@@ -92,6 +92,10 @@ def _inputs(k: str, balance: Balance) -> list[str]:
     if not balance.supplies and balance.source is None:
         lines.append(f"  # Question: which column {balance.kind.verb} {_stored(k, balance)}? None was found.")
     fills = balance.kind.verb
+    beside = [signal.address for signal in balance.others if signal.role is not None]
+    if beside and any(supply.direct for supply in balance.supplies):
+        named = one_line(", ".join(beside[:NAMES]))
+        lines.append(f"  # Question: does {named} set another flow into or out of {_stored(k, balance)}?")
     inputs = [(symbol, channel) for symbol, channel, is_level in symbols_of(k, balance) if not is_level]
     for j, (symbol, channel) in enumerate(inputs):
         supply = balance.supplies[j] if j < len(balance.supplies) else None
@@ -109,12 +113,12 @@ def _inputs(k: str, balance: Balance) -> list[str]:
             supply is None or balance.kind.supply is Role.CURRENT or is_measured(channel.signal.address)
         )
         fixed = ", commanded: false" if measured else ""
-        lines.append(f"  {symbol}: {{unit: {si_unit(channel.unit)}{fixed}}}  # {one_line(said)}")
+        lines.append(f"  {symbol}: {{unit: {quoted(channel.unit)}{fixed}}}  # {one_line(said)}")
     return lines
 
 
 def _output(k: str, balance: Balance) -> str:
-    level, unit = balance.kind.symbols[0], si_unit(balance.level.unit)
+    level, unit = balance.kind.symbols[0], quoted(balance.level.unit)
     if not balance.kind.electric:
         return f"  {level}{k}: {{unit: {unit}}}"
     sign = "-" if balance.supplies and balance.supplies[0].outward else "+"
@@ -135,7 +139,7 @@ def _parameters(k: str, balance: Balance) -> list[str]:
                 " (100 %)" if supply.channel.unit == "%" else "" if own == "1" else f" {own}"
             )
             lines.append(f"  # Question: which {effort} does {one} make? {store}{k} goes with it.")
-            lines.append(f"  k_{name}: {{value: 1, unit: {over_unit(effort, own)}}}")
+            lines.append(f"  k_{name}: {{value: 1, unit: {quoted(over_unit(effort, own))}, guess: true}}")
     lines.append(f"  {store}{k}: {identified(size, _ratio(effort, level, 1))}")
     if balance.source is not None:
         guess = balance.exchange or size / balance.seconds

@@ -24,7 +24,10 @@ EXPLAINED = 0.1
 #: Parts of a record over which changes of a level are taken.
 PARTS = 60
 #: Words of a level that surrounds others, and of what leaves a store.
-_AROUND = "ambient amb outdoor outside room env environment surroundings air umgebung aussen raum"
+_AROUND = (
+    "ambient amb tamb ta outdoor outside oat toa external surroundings environment env umgebung aussen raum "
+    "room air"
+)
 _OUT = "out outflow outlet drain leak discharge abfluss ablauf cool cooling cooler kühl"
 
 
@@ -101,12 +104,23 @@ def _of_kind(kind: Kind, experiments: Sequence[Sequence[Signal]]) -> list[Balanc
     levels = [s for s in max(experiments, key=len, default=[]) if s.role is kind.level]
     if not levels:
         return []
-    around = next((s for s in levels if kind.around and {*_AROUND.split()} & {*words_of(s.address)}), None)
+    around = _around(levels) if kind.around and len(levels) > 1 else None
     most = max(float(np.ptp(s.values)) for s in levels)
     kept = [s for s in levels if s is not around and np.ptp(s.values) > STILL * most]
     if around is None and kind.around:
         around = next((s for s in levels if s not in kept), None)
     return [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
+
+
+def _around(levels: Sequence[Signal]) -> Signal | None:
+    """The level that surrounds others by its name: of a room and the air outside, the air outside."""
+    order = _AROUND.split()
+    found = [
+        (min(order.index(w) for w in words), s)
+        for s in levels
+        if (words := {*order} & {*words_of(s.address)})
+    ]
+    return min(found, key=lambda each: each[0], default=(0, None))[1]
 
 
 def _kinds(roles: set[Role | None]) -> list[Kind]:

@@ -10,7 +10,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.lines import one_line
 from unmodelled.drafting.motion import Drive, Slope, at, drive_of, slope_of
-from unmodelled.drafting.names import Role, is_command, words_of
+from unmodelled.drafting.names import Role, is_command, says_little, words_of
 from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
 from unmodelled.systems.units import parse_logged
 
@@ -33,6 +33,9 @@ PAIRS = (
     ("mm", "m/s"),
     ("m", "mm/s"),
 )
+#: Sizes of the last digit of an angle that is logged as a whole number, in degrees, and the logarithm of a
+#: factor by which its slope may miss: a resolution is exact, and an encoder has 4096 counts a turn.
+DIGITS, EXACT = (0.1, 0.01, 0.001), 0.03
 #: Logarithm of a factor by which such a pair may miss.
 CLOSE = 0.15
 #: Counts of an encoder, per turn and per metre, until somebody tells; range of whole numbers that are counts.
@@ -82,13 +85,20 @@ def plain(signal: Signal) -> Array:
     return signal.values
 
 
-def follows(position: Signal, other: Signal) -> bool:
-    """Return whether a column that is called a set point, but not of what, moves as the position does."""
+def followed(position: Channel, other: Signal) -> Channel | None:
+    """Return a set point that a name does not tell of what, in the unit in which a position follows it."""
     if other.role is not None or not is_command(other.address):
-        return False
-    q, wanted = _together(position, other)
+        return None
+    asked = "is its scale that of the position?" if position.question else ""
+    alike = [own for own, _ in PAIRS[:4] if is_angle(own) == is_angle(position.unit)]
+    tried = [
+        Channel(other, position.unit, False, position.scale, asked),
+        *(Channel(other, unit, False) for unit in alike),
+    ]
+    q, wanted = _together(position.signal, other)
+    moved = position.si(q)
     # not how far they are apart: a servo sags under a load
-    return bool(np.std(wanted - q) < NEAR * np.std(q))
+    return next((each for each in tried if np.std(each.si(wanted) - moved) < NEAR * np.std(moved)), None)
 
 
 def position_channel(
@@ -98,13 +108,28 @@ def position_channel(
     given, whole = position.unit, bool(np.all(position.values == np.round(position.values)))
     if given is not None and is_position(given):
         return Channel(position, given, True)
+    own = None if velocity is None else _by_speed(position, velocity, widest)
+    digit = _digit(position, velocity) if given is own is None and whole and velocity is not None else None
+    if velocity is not None and digit is not None:
+        asked = f"is one {digit:g} deg? It is by {one_line(velocity.address)}."
+        return Channel(position, "deg", False, digit, asked)
     if given is not None or (whole and widest > MANY):
         return _scaled(position, velocity, pushed)
-    if velocity is not None and (own := _by_speed(position, velocity, widest)) is not None:
+    if velocity is not None and own is not None:
         return Channel(position, own, velocity.unit is not None)
     if _LENGTHS & set(words_of(position.address)):
         return Channel(position, "m", False)
     return Channel(position, "deg" if widest > DEGREES else "rad", False)
+
+
+def is_slope(position: Signal, other: Signal, correlated: float) -> bool:
+    """Return whether a column of little name is the slope of a position, in a usual pair of units."""
+    if other.unit is not None or not says_little(other.address) or is_command(other.address):
+        return False
+    found = slope(position, other)
+    pairs = [pair for pair in PAIRS if position.unit in (None, pair[0])]
+    usual = any(_close(found.ratio, _size(own) / _size(rate), EXACT) for own, rate in pairs)
+    return found.correlation >= correlated and usual
 
 
 def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:
@@ -115,13 +140,21 @@ def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:
     return next((own for own in fitting if known or own != "rad" or widest <= DEGREES), None)
 
 
+def _digit(position: Signal, velocity: Signal) -> float | None:
+    """Size of the last digit of an angle, in degrees, if a speed in degrees or radians tells it."""
+    rate = abs(slope(position, velocity).ratio)
+    speeds = [other for own, other in PAIRS if own == "deg" and velocity.unit in (None, other)]
+    sizes = ((digit, other) for other in speeds for digit in DIGITS)
+    return next((d for d, other in sizes if _close(rate, d * _size("deg") / _size(other), EXACT)), None)
+
+
 def _size(unit: str) -> float:
     _, logged = parse_logged(unit)
     return 1.0 if logged is None else logged.factor
 
 
-def _close(value: float, wanted: float) -> bool:
-    return bool(abs(np.log(max(value, 1e-12) / wanted)) < CLOSE)
+def _close(value: float, wanted: float, most: float = CLOSE) -> bool:
+    return bool(abs(np.log(max(value, 1e-12) / wanted)) < most)
 
 
 def _scaled(position: Signal, velocity: Signal | None, pushed: bool) -> Channel:
@@ -147,7 +180,7 @@ def velocity_channel(position: Channel, velocity: Signal) -> Channel:
         return Channel(velocity, velocity.unit, True)
     kind = "rad" if is_angle(position.unit) else "m"
     ratio = abs(slope(position.signal, velocity).ratio) / position.size
-    if velocity.unit is None and not position.question:
+    if velocity.unit is None and (not position.question or position.scale in DIGITS):
         alike = (other for own, other in PAIRS if is_angle(own) == is_angle(kind))
         fitting = (other for other in alike if _close(ratio, _size(kind) / _size(other)))
         return Channel(velocity, next(fitting, f"{kind}/s"), False)

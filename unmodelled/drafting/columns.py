@@ -15,6 +15,8 @@ from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
 #: Units of time that recorders use, and usual sampling rates, Hz, of machines that move and of others.
 TIMES, USUAL, SLOW = ("s", "ms", "us", "ns"), 100.0, 1.0
+#: Lowest usual sampling rate, Hz, of other machines, and highest sampling rate that needs no question.
+SLOWEST, FASTEST = 1.0 / 900.0, 1e4
 #: Quantities of machines that move.
 _MOVING = frozenset([Role.POSITION, Role.VELOCITY, Role.EFFORT, Role.GOAL])
 #: Quantities that change slowly.
@@ -62,12 +64,16 @@ def timing_of(tables: Sequence[Table]) -> Timing:
         return Timing(rate=_usual(base), certain=False)
     name = max(found, key=lambda each: found[each])
     given = meaning_of(name, base.units.get(name)).unit or unit_of_time(name, base.columns[name]) or ""
-    if seconds_of(given) is not None:
-        return Timing(name, given)
     step = float(np.median(np.abs(np.diff(base.columns[name]))))
+    if (seconds := seconds_of(given)) is not None:
+        # a name that tells a faster clock than machines are logged with may have another meaning
+        return Timing(name, given, certain=name in base.units or 1.0 / (step * seconds) < FASTEST)
     rates = {unit: 1.0 / (step * (seconds_of(unit) or 1.0)) for unit in TIMES}
-    unit = min(TIMES, key=lambda each: abs(np.log(rates[each] / _usual(base))))
-    return Timing(name, unit, certain=unit == "s" and 0.05 * _usual(base) < rates["s"] < 1e4)
+    # temperatures are logged every second to every quarter of an hour: of such rates, that of seconds
+    usual = _usual(base)
+    slowest = SLOWEST if usual == SLOW else usual
+    unit = min(TIMES, key=lambda each: abs(np.log(rates[each] / np.clip(rates[each], slowest, usual))))
+    return Timing(name, unit, certain=unit == "s" and 0.05 * usual < rates["s"] < FASTEST)
 
 
 def _usual(table: Table) -> float:

@@ -80,8 +80,8 @@ def _table(draft: Draft) -> str:
     for address in sorted(found, key=lambda each: each not in used):
         parts = found[address]
         low, high = min(p.values.min() for p in parts), max(p.values.max() for p in parts)
-        role = "" if parts[0].role is None else f"{parts[0].role.value}, "
-        unit, likeness = used.get(address) or (parts[0].unit or "?", role + Role.OTHER.value)
+        roles = [role.value for role in dict.fromkeys((parts[0].role, Role.OTHER)) if role is not None]
+        unit, likeness = used.get(address) or (parts[0].unit or "?", ", ".join(roles))
         numbers = (f"{parts[0].rate:.4g} Hz", f"{low:.4g}", f"{high:.4g}")
         rows.append((printable(address), *numbers, printable(unit), likeness))
     shown = rows[: ROWS + 1]

@@ -13,8 +13,9 @@ from unmodelled.drafting.channels import (
     Channel,
     correlation,
     fit_of,
-    follows,
+    followed,
     input_channel,
+    is_slope,
     position_channel,
     slope,
     velocity_channel,
@@ -202,7 +203,12 @@ def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
     same = [s for s in known if _same(position, s)] or known
     rated = [(slope(position, s).correlation, s) for s in same if not geared(position, s)]
     best, found = max(rated, key=lambda pair: pair[0], default=(0.0, None))
-    return found if best >= NAMED else None
+    if best >= NAMED:
+        return found
+    # a symbol, such as p of a roll rate, is no drive if it is the slope and something else may drive
+    slopes = [s for s in free if is_slope(position, s, UNNAMED)]
+    others = [s for s in free if s not in slopes and (s.role is None or s.role in FORCES)]
+    return slopes[0] if slopes and others else None
 
 
 def _same(position: Signal, other: Signal) -> bool:
@@ -236,11 +242,11 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     acting = [s for s in near if s.role in ACTING]
     acting.sort(key=lambda s: (s.role is Role.PRESSURE, is_command(s.address)))
     efforts = [s for s in acting if s.role in FORCES] or acting
-    goals = [s for s in near if s.role is Role.GOAL or follows(position, s)]
+    goals = [s for s in near if s.role is Role.GOAL or followed(here, s)]
     goal = max(goals, key=lambda signal: correlation(position, signal), default=None)
-    servo = None if goal is None else _servo(here, goal)
+    servo = None if goal is None else followed(here, goal) or _servo(here, goal)
     loop = Drive(0.0, 0.0, 0.0) if servo is None else fit_of(here, servo, True)
-    unknown = [s for s in free if s.role is None]
+    unknown = [s for s in free if s.role is None and s is not goal]
     drives = [input_channel(s, is_angle(here.unit)) for s in efforts or unknown]
     rated = [(fit_of(here, drive, False), drive) for drive in drives]
     best = max((fit.share for fit, _ in rated), default=0.0)
@@ -252,7 +258,8 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, drive = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].signal.values)))
-    joint = Joint(here, velocity, drive, False, fit, _without(drive.signal, efforts), goal)
+    others = efforts or [pair[1].signal for pair in alike]
+    joint = Joint(here, velocity, drive, False, fit, _without(drive.signal, others), goal)
     return _with_chamber(joint, drive)
 
 
@@ -283,7 +290,7 @@ def with_goal(joint: Joint) -> Joint:
     """Return a joint that follows its commanded position, if one is logged, for a model with a servo."""
     if joint.goal is None:
         return joint
-    servo = _servo(joint.position, joint.goal)
+    servo = followed(joint.position, joint.goal) or _servo(joint.position, joint.goal)
     return replace(joint, drive=servo, servo=True, fit=fit_of(joint.position, servo, True), goal=None)
 
 

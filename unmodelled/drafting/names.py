@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from unmodelled.drafting.tags import Tag, tag_in
 from unmodelled.drafting.units import (
     bracketed,
     dimension_of,
     ending,
+    in_degrees,
     is_angle,
     is_position,
     known_unit,
@@ -49,8 +51,9 @@ WORDS = {
     Role.TIME: "time timestamp stamp times zeit clock seconds secs timestep elapsed epoch datenum datetime "
     "date uhrzeit",
     Role.POSITION: "pos position positions theta angle angles phi encoder travel stroke winkel weg state enc "
-    "hub lage displacement deflection pitch roll yaw",
-    Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta drehzahl geschwindigkeit rpm",
+    "hub lage displacement deflection pitch roll yaw attitude heading tilt azimuth elevation",
+    Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta drehzahl geschwindigkeit rpm "
+    "gyro gyr gyroscope vx vy vz rollspeed pitchspeed yawspeed rollrate pitchrate yawrate",
     Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft",
     Role.CURRENT: "current currents iq strom amps amperage",
     Role.VOLTAGE: "voltage voltages volt volts spannung",
@@ -62,19 +65,27 @@ WORDS = {
     Role.LEVEL: "level levels fill pegel füllstand fuellstand tank",
     Role.CHARGE: "soc charge ladung ladezustand",
     Role.PART: "run runs episode trial experiment segment cycle rep repetition versuch lauf zyklus",
+    Role.OTHER: "acc accel acceleration accelerometer beschleunigung",
 }
 #: Symbols, in which a capital is another quantity.
 _SYMBOLS = {
     **{"t": Role.TIME, "q": Role.POSITION, "x": Role.POSITION, "X": Role.POSITION, "w": Role.VELOCITY},
     **{"F": Role.EFFORT, "M": Role.EFFORT, "i": Role.CURRENT, "I": Role.CURRENT, "u": Role.VOLTAGE},
     **{"U": Role.VOLTAGE, "p": Role.PRESSURE, "Q": Role.FLOW, "P": Role.POWER, "T": Role.TEMPERATURE},
-    "h": Role.LEVEL,
+    **{"h": Role.LEVEL, "z": Role.POSITION, "Z": Role.POSITION},
 }
+#: Capitals that an index may follow without a sign between: `Ti`, `Ph`, `Fx`.
+_INDEXED = re.compile(r"[TPFQUI](?=[a-z]$)")
+#: Quantities of process tags, by their first letter.
+_TAGGED = {"F": Role.FLOW, "L": Role.LEVEL, "P": Role.PRESSURE, "T": Role.TEMPERATURE, "S": Role.VELOCITY}
+_TAGGED |= {"W": Role.LEVEL, "E": Role.VOLTAGE, "I": Role.CURRENT, "J": Role.POWER, "Z": Role.POSITION}
+#: Words that make the speed of a position, such as `yaw_rate`.
+_SLOPES = frozenset(["rate", "dot"])
 #: Words of angles, which no letter after them makes a length: `theta_m` is that of a motor.
 _ANGLES = ("q", "theta", "angle", "angles", "phi", "winkel", "pitch", "roll", "yaw")
 _COMMAND = (
     "cmd command goal ref reference set setpoint desired des target soll action control con sollwert wanted "
-    "demand"
+    "demand sp"
 )
 #: Words beside a role that say that the quantity was measured.
 _MEASURED = "meas measured actual act state ist encoder"
@@ -94,12 +105,13 @@ _UNITS = {
     Role.TEMPERATURE: ("K",),
     Role.CHARGE: ("C",),
     Role.LEVEL: ("m", "m^3", "kg"),
+    Role.OTHER: ("m/s^2", "1/s^2"),
 }
 _RATIOS = frozenset([Role.LEVEL, Role.CHARGE, Role.DUTY])
 #: Units of a sensor without a scale, which a word may have beside it: `position [V]`, `level_mA`.
 _RAW = ("V", "mV", "A", "mA", "count", "%")
-#: Words of switches and limits, which are no quantity: `torque_enable`.
-_FLAGS = "enable enabled enabling flag flags status fault error err mode limit valid"
+#: Words of switches, limits and corrections, which are no quantity: `torque_enable`, `gyro_bias`.
+_FLAGS = "enable enabled enabling flag flags status fault error err mode limit valid bias offset"
 #: Words of things: a unit or a symbol beside them says which quantity of the thing it is.
 _THINGS = "tank valve pump ventil pumpe throttle state encoder enc fill press"
 
@@ -131,7 +143,14 @@ def _cased(name: str) -> list[str]:
 
 def meaning_of(name: str, given: str | None = None) -> Meaning:
     """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit."""
-    told = [] if {*_FLAGS.split()} & {*words_of(name)} else _told(name)
+    if {*_FLAGS.split()} & {*words_of(name)}:
+        return Meaning(Role.OTHER, known_unit(given) or bracketed(name) or _ending(name, ()))
+    if (tag := tag_in(name)) is not None:
+        return _of_tag(tag, known_unit(given) or bracketed(name))
+    told = _told(name)
+    if (degrees := in_degrees(name, given)) and Role.CHARGE not in (role for _, role in told):
+        sure = Role.TEMPERATURE in (role for _, role in told)  # C is coulomb as well
+        return Meaning(_commanded(name, Role.TEMPERATURE), degrees if sure else None)
     unit = known_unit(given) or bracketed(name) or _ending(name, told)
     fitting = [role for word, role in told if unit is None or _fits(role, unit, word)]
     strong = [role for word, role in told if word not in _THINGS.split() and len(word) > 1]
@@ -140,11 +159,30 @@ def meaning_of(name: str, given: str | None = None) -> Meaning:
         unit = of_temperature(name)
     if role is Role.POSITION and unit == "%" and any(other is Role.DUTY for _, other in told):
         role = Role.DUTY
+    if role is Role.POSITION and unit is None and _SLOPES & {*words_of(name)}:
+        role = Role.VELOCITY
     if role is Role.VELOCITY and unit in ("1/min", "1/min."):
         unit = "rpm"
-    if is_command(name):
-        role = _commanded(name, role)
-    return Meaning(role, unit)
+    if role is None and unit is None:
+        role = _indexed(name)
+    return Meaning(_commanded(name, role), unit)
+
+
+def _indexed(name: str) -> Role | None:
+    """What a column is by a symbol with an index: `Ti`."""
+    found = (_INDEXED.match(word) for word in _cased(name))
+    return next((_SYMBOLS[match[0]] for match in found if match), None)
+
+
+def _of_tag(tag: Tag, unit: str | None) -> Meaning:
+    """What a process tag is; a unit that no such signal has says more than its letters."""
+    if tag.kind == "set point":
+        return Meaning(Role.SET_POINT, unit)
+    role = _TAGGED.get(tag.variable, Role.DUTY) if tag.kind == "value" else Role.DUTY
+    fits = unit is None or _fits(role, unit, "") or (role is Role.DUTY and unit in _RAW)
+    other = Role.DUTY if unit == "%" else _by_unit(unit)
+    told = role if fits else other or role
+    return Meaning(Role.OTHER if tag.kind == "switch" and fits else told, unit)
 
 
 def _told(name: str) -> list[tuple[str, Role]]:
@@ -200,10 +238,22 @@ def _by_unit(unit: str | None) -> Role | None:
 
 
 def _commanded(name: str, role: Role | None) -> Role | None:
-    """What a set point is, by what the quantity is."""
+    """What a column is if its name is that of a set point, by what the quantity is."""
+    if not is_command(name):
+        return role
     if role is Role.POSITION or (role is None and "action" in words_of(name)):
         return Role.GOAL
     return Role.SET_POINT if role in _CONTROLLED and not is_measured(name) else role
+
+
+def says_little(name: str) -> bool:
+    """Return whether no word of a name tells what it is, only a symbol such as `p`.
+
+    Examples:
+        >>> says_little("imu.p"), says_little("pressure")
+        (True, False)
+    """
+    return tag_in(name) is None and all(len(word) == 1 for word, _ in _told(name))
 
 
 def is_command(name: str) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
+from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint, with_goal
 from unmodelled.drafting.lines import numbered, one_line, quoted, word
@@ -116,13 +117,22 @@ def _input(joint: str, name: str, number: str, found: Joint) -> str:
         return f"  {name}: {{column: u{number}}}  # Question: which column drives {joint}? None was found."
     said = one_line(found.drive.signal.address)
     if _is_current(found):
-        return f"  i_{joint}: {{unit: A, commanded: false, column: u{number}}}  # {said}"
+        unit = quoted(found.drive.unit)
+        return f"  i_{joint}: {{unit: {unit}, commanded: false, column: u{number}}}  # {said}"
     return f"  {name}: {{column: u{number}}}  # {said}. Question: is it what {name} stands for?"
 
 
 def _outputs(joint: str, number: str, found: Joint) -> list[str]:
-    speed = [f"  qd_{joint}: {{column: w{number}}}"] if found.velocity else []
-    return [f"  q_{joint}: {{column: q{number}}}  # {one_line(found.position.signal.address)}", *speed]
+    said = one_line(found.position.signal.address)
+    lines = [f"  q_{joint}: {{{_unit(found.position)}column: q{number}}}  # {said}"]
+    if found.velocity is not None:
+        lines.append(f"  qd_{joint}: {{{_unit(found.velocity)}column: w{number}}}")
+    return lines
+
+
+def _unit(channel: Channel) -> str:
+    """The unit of a column, where it is not that of the robot file."""
+    return "" if si_unit(channel.unit) == channel.unit else f"unit: {quoted(channel.unit)}, "
 
 
 def _gains(system: System, drives: Set[str]) -> Iterator[str]:

@@ -7,7 +7,7 @@ import numpy as np
 from unmodelled.drafting.balance_text import balance_text, over_unit
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint
-from unmodelled.drafting.lines import identified, numbered, one_line, system_file
+from unmodelled.drafting.lines import identified, numbered, one_line, quoted, system_file
 from unmodelled.drafting.names import Role, is_measured
 from unmodelled.drafting.units import si_unit
 from unmodelled.systems.units import describe, parse_logged, parse_unit
@@ -67,16 +67,16 @@ def _input(k: str, joint: Joint) -> list[str]:
     if joint.others:
         said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
     measured = ", commanded: false" if is_measured(joint.drive.signal.address) else ""
-    lines = [*closed, f"  u{k}: {{unit: {si_unit(joint.drive.unit)}{measured}}}  # {one_line(said)}"]
+    lines = [*closed, f"  u{k}: {{unit: {quoted(joint.drive.unit)}{measured}}}  # {one_line(said)}"]
     if joint.against is not None:
         second = one_line(joint.against.signal.address)
-        lines.append(f"  u{k}_2: {{unit: {si_unit(joint.against.unit)}}}  # {second}")
+        lines.append(f"  u{k}_2: {{unit: {quoted(joint.against.unit)}}}  # {second}")
     return lines
 
 
 def _outputs(k: str, joint: Joint) -> list[str]:
-    position, speed, *_ = _units(joint)
-    return [f"  q{k}: {{unit: {position}}}", *([f"  w{k}: {{unit: {speed}}}"] if joint.velocity else [])]
+    shown = {"q": joint.position, "w": joint.velocity}
+    return [f"  {s}{k}: {{unit: {quoted(each.unit)}}}" for s, each in shown.items() if each is not None]
 
 
 def _parameters(k: str, joint: Joint) -> list[str]:
@@ -92,7 +92,7 @@ def _servo(k: str, joint: Joint) -> list[str]:
     return [
         f"  # u{k} is a set point: the loop is closed, and K{k} and D{k} stand for its controller.",
         f"  # Question: what is the inertia of q{k}? Positions give no torques: K{k} and D{k} go with it.",
-        f"  J{k}: {{value: 1, unit: {inertia}}}",
+        f"  J{k}: {{value: 1, unit: {inertia}, guess: true}}",
         f"  K{k}: {identified(stiffness, f'{effort}/{position}')}",
         f"  D{k}: {identified(damping, f'{effort} s/{position}')}",
     ]
@@ -114,7 +114,7 @@ def _body(k: str, joint: Joint) -> list[str]:
         own = si_unit(joint.drive.unit)
         one = f"u{k} = 1" if own == "1" else f"one {own} of u{k}"
         lines.append(f"  # Question: which {effort} does {one} make?{area}")
-        lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
+        lines.append(f"  k{k}: {{value: {factor:g}, unit: {quoted(unit)}, guess: true}}")
     if joint.against is not None:
         lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
         lines.append(f"  k{k}_2: {identified(factor * joint.against.scale, 'N/Pa')}")

@@ -30,6 +30,8 @@ _SPELLED = {
     ),
     **dict.fromkeys(_set("u/min rev/min r/min upm"), "rpm"),
 }
+#: Signs of degrees that are one character.
+_SIGNS = str.maketrans({"\u2103": "degC", "\u2109": "degF"})
 #: Units that a name gives in two words: `vel_rad_s`, `flow_l_min`, `q_m3_per_h`.
 _ABOVE = _set("rad deg turn m mm cm l L ml m3 kg A V")
 _BELOW = {"s": "s", "sec": "s", "min": "min", "h": "h"}
@@ -43,7 +45,7 @@ def known_unit(text: str | None) -> str | None:
     """Return a unit as this package writes it; None for another text."""
     if not text or not text.strip():
         return None
-    text = text.strip()
+    text = text.strip().translate(_SIGNS)
     spelled = text if text in _EXACT else _SPELLED.get(text.lower(), text)
     spelled = re.sub(r"\b(m|cm|mm)([23])\b", r"\1^\2", spelled)
     try:
@@ -55,7 +57,7 @@ def known_unit(text: str | None) -> str | None:
 
 def bracketed(name: str) -> str | None:
     """Return the unit in brackets at the end of a name; None if there is none, as in `q[3]`."""
-    found = _BRACKET.search(name)
+    found = _BRACKET.search(name.translate(_SIGNS))
     return known_unit(found[1]) if found else None
 
 
@@ -80,6 +82,13 @@ def _apart(word: str) -> list[str]:
         if unit != unit.lower() and len(unit) > 1 and re.search(rf"[a-z]{unit}$", word):
             return [word.removesuffix(unit), unit]
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", word).split()
+
+
+def in_degrees(name: str, given: str | None) -> str | None:
+    """Return the degrees that a lonely C or F is as the unit of a column; None for another unit."""
+    found = _BRACKET.search(name)
+    text = (given or (found[1] if found else "")).strip()
+    return {"C": "degC", "F": "degF"}.get(text)
 
 
 def of_temperature(name: str) -> str | None:

@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from unmodelled.effects.effect import Need, PortEffect
+from unmodelled.effects.place import coordinate_unit
 from unmodelled.effects.surroundings import TEMPERATURE
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
@@ -16,9 +17,10 @@ class BalanceEffect(PortEffect):
     warm: ClassVar[bool | None] = None  # of temperatures only, of other levels only, or of both
 
     def suits(self, system: System, port: Port) -> bool:
-        units = {state.name: state.unit for state in system.states}
-        is_warm = parse_unit(units.get(str(port.position), "")).dimension == TEMPERATURE
-        return super().suits(system, port) and self.warm in (None, is_warm)
+        if not super().suits(system, port) or port.position is None:
+            return False
+        unit = coordinate_unit(system, port.position)
+        return self.warm in (None, parse_unit(unit).dimension == TEMPERATURE)
 
 
 class ToKnownSurroundings(BalanceEffect):

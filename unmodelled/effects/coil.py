@@ -3,6 +3,7 @@
 from typing import ClassVar
 
 from unmodelled.effects.effect import Need, PortEffect
+from unmodelled.effects.place import coordinate_unit
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
@@ -13,7 +14,7 @@ class CoilEffect(PortEffect):
     needs: ClassVar[tuple[Need, ...]] = ("velocity",)
 
     def suits(self, system: System, port: Port) -> bool:
-        states = {state.name: state.unit for state in system.states}
-        units = [port.unit, states.get(port.velocity or "", "1")]
-        is_coil = [parse_unit(u).dimension for u in units] == [parse_unit(u).dimension for u in ("V", "A")]
-        return is_coil and super().suits(system, port)
+        if not super().suits(system, port) or port.velocity is None:
+            return False
+        units = [port.unit, coordinate_unit(system, port.velocity)]
+        return [parse_unit(u).dimension for u in units] == [parse_unit(u).dimension for u in ("V", "A")]

@@ -12,7 +12,8 @@ from typing import Any
 from unmodelled import effects as package
 from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput
-from unmodelled.effects.effect import Effect
+from unmodelled.effects.effect import Effect, PortEffect
+from unmodelled.systems.model import System
 
 #: Group of entry points by which other packages add laws; each names an object, not a class.
 GROUP = "unmodelled.laws"
@@ -28,6 +29,22 @@ def effects() -> tuple[Effect, ...]:
     found = [kind() for kind in ours if _makes_one(kind)]
     found += _of_packages({effect.family for effect in found})
     return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
+
+
+def without_own_laws(system: System) -> tuple[str, ...]:
+    """Return a note on every port at which no law of its domain can act."""
+    own = [effect for effect in effects() if isinstance(effect, PortEffect) and len(effect.domains) == 1]
+    found = []
+    for port in system.ports:
+        if any(effect.suits(system, port) for effect in own):
+            continue
+        key, what = ("position", "its level") if port.domain == "balance" else ("velocity", "or position")
+        named = ", ".join(port.coordinates) or "no state"
+        found.append(
+            f"ports.{port.name}: an effort in {port.unit} at {named}: no law of its domain ({port.domain}) "
+            f"can act there, only constant and general laws were tried: name a {key} ({what})"
+        )
+    return tuple(found)
 
 
 def _of_packages(families: set[str]) -> Iterator[Effect]:

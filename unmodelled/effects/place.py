@@ -168,9 +168,20 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
 def _coordinate(
     system: System, local: str, name: str, effort: Dimension | None, scales: Scales
 ) -> SiteQuantity:
-    units_of = {s.name: s.unit for s in system.states}
-    unit = units_of.get(name) or _signal_unit(system, name, _motion_unit(local, effort))
+    unit = coordinate_unit(system, name, _motion_unit(local, effort))
     return _quantity(system, name, system.expression(name), unit, scales.of[name])
+
+
+def coordinate_unit(system: System, name: str, usual: str = "1") -> str:
+    """Return the unit of a state or signal, `usual` for a signal whose expression leaves a doubt.
+
+    Args:
+        system: system with the state or signal.
+        name: name of the state or signal.
+        usual: unit of a signal that may have any; default that of a number.
+    """
+    units_of = {s.name: s.unit for s in system.states}
+    return units_of.get(name) or _signal_unit(system, name, usual)
 
 
 def _signal_unit(system: System, name: str, usual: str) -> str:

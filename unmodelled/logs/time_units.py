@@ -43,7 +43,7 @@ def unit_of_time(name: str, values: Array) -> str | None:
     """Return the unit of a column (rows,) of time by its name or its numbers; None if neither tells."""
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name[-60:])
     words = re.findall(r"[A-Za-zµ]+", re.sub(r"\[\d+\]$", "", apart))
-    last = words[-1].lower() if words and (len(words) > 1 or len(words[0]) > 2) else ""
+    last = words[-1].lower() if words else ""
     found = next((unit for unit, known in WORDS.items() if last in known.split()), None)
     return found or ("d" if looks_like_days(values) else None)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -258,10 +258,11 @@ def _own_number(
 
 
 def _parameter(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("value", "unit"), _FITTED)
+    entries = node.fields(("value", "unit"), (*_FITTED, "guess"))
     found.names.add(name, "parameter", node)
     unit = found.units[name] = _unit(entries["unit"])
-    found.parameters.append(_number(name, unit, entries))
+    guess = entries["guess"].boolean() if "guess" in entries else False
+    found.parameters.append(replace(_number(name, unit, entries), guess=guess))
 
 
 def _number(name: str, unit: Unit, entries: dict[str, Node]) -> Parameter:

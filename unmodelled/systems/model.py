@@ -122,6 +122,7 @@ class Parameter:
     identify: bool = False  # whether it is uncertain and may be fitted
     bounds: tuple[float, float] | None = None  # lowest and highest plausible value, in `unit`
     per_experiment: bool = False  # whether each has its own, for the unknown start of a state
+    guess: bool = False  # whether nobody knows the value, so that others are known in proportion to it only
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -196,6 +197,7 @@ class System:
             default none.
         events: events that the model predicts; default none.
         source: file that the system was read from, "" where there is none; not compared.
+        remarks: notes on ports that the file calls otherwise than their units; not compared, default none.
         robot: robot whose equations are part of the system; default None.
     """
 
@@ -212,6 +214,7 @@ class System:
     text: Mapping[str, str] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     source: str = field(default="", compare=False)
+    remarks: tuple[str, ...] = field(default=(), compare=False)
     robot: RobotModel | None = None
 
     def __repr__(self) -> str:
@@ -238,9 +241,10 @@ class System:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Notes on what the equations leave out of a robot, and on ports that make no power."""
+        """Notes on what the equations leave out of a robot, and on ports whose units say something else."""
         rates = {state.name: state.unit for state in self.states}
         found = [] if self.robot is None else [f"{self.robot.file}: {note}" for note in self.robot.notes]
+        found += self.remarks
         for port in self.ports:
             if port.velocity not in rates or port.domain != "power":
                 continue

@@ -14,6 +14,7 @@ from unmodelled.base.errors import Faults, closest
 from unmodelled.systems import grammar, quantities, syntax, units
 from unmodelled.systems.declarations import Declarations, checked_name, read_declarations
 from unmodelled.systems.document import Node, load_yaml
+from unmodelled.systems.domains import by_units
 from unmodelled.systems.model import Event, Output, Port, State, System, symbol
 from unmodelled.systems.quantities import UNKNOWN, Quantity
 from unmodelled.systems.robot.model import RobotModel
@@ -104,6 +105,7 @@ class _Equations:
     values: dict[str, Value] = field(default_factory=dict)
     text: dict[str, str] = field(default_factory=dict)
     size: int = 0
+    remarks: list[str] = field(default_factory=list)
     faults: Faults = field(default_factory=Faults)
 
     def system(self, name: str) -> System:
@@ -136,6 +138,7 @@ class _Equations:
             dynamics,
             self.text,
             found,
+            remarks=tuple(self.remarks),
             robot=self.robot,
         )
         self._check_starts(system)
@@ -317,6 +320,7 @@ class _Equations:
                 self._check_named(node.entries()[key], known, what, refused)
         if port.load is not None:
             self._check_unit(node.entries()["load"], self.values[port.load], self.declared.units[port.effort])
+        port = self._by_units(port)
         self._check_power(port, node)
         if "law" not in node.entries():
             return port
@@ -333,6 +337,17 @@ class _Equations:
             raise node.wrong(f"must be {what}, got {shown(name)}{closest(name, known)}")
         if name in refused:
             raise node.wrong(refused[name])
+
+    def _by_units(self, port: Port) -> Port:
+        """A port whose coordinate is what its units say, with a remark if the file calls it otherwise."""
+        if port.kind is not None or len(port.coordinates) != 1 or self.declared.without_units:
+            return port
+        effort, coordinate = (self.values[n].quantity.settled for n in (port.effort, *port.coordinates))
+        if effort is None or coordinate is None:
+            return port
+        found, remark = by_units(port, effort, coordinate)
+        self.remarks += [remark] if remark else []
+        return found
 
     def _check_power(self, port: Port, node: Node) -> None:
         if port.velocity is None:

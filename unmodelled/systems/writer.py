@@ -190,7 +190,8 @@ def _constant(constant: Constant) -> dict[str, str]:
 
 def _parameter(parameter: Parameter) -> dict[str, str]:
     entries = {"value": repr(float(parameter.value)), "unit": _quoted(parameter.unit)} | _fitted(parameter)
-    return entries | {"per_experiment": "true"} if parameter.per_experiment else entries
+    entries |= {"per_experiment": "true"} if parameter.per_experiment else {}
+    return entries | {"guess": "true"} if parameter.guess else entries
 
 
 def _fitted(number: Parameter | Constant) -> dict[str, str]:

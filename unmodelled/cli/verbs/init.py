@@ -20,7 +20,8 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
     the slope of a position, the drive is what explains its acceleration. The system file has one inertia or
     mass per position that moves, or, where none moves, one store per level (temperature, level, pressure,
     charge, speed), with a port; `simulate` runs with both files at once. Whatever was guessed stands beside a
-    comment that begins with "Question". A table of the columns is printed.
+    comment that begins with "Question", and a number that the logs cannot tell has `guess: true`. A table of
+    the columns is printed.
 
     With a robot file, this file is the known physics instead, and a copy of it is put beside the system file.
 

@@ -19,6 +19,7 @@ from unmodelled.diagnosis.answer.assembled import assembled, misread, steps_to
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
 from unmodelled.diagnosis.answer.confirmed import confirmed, small_effects
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
+from unmodelled.diagnosis.answer.guesses import resting_on_guesses
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
@@ -38,6 +39,7 @@ from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import where
 from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import without_own_laws
 from unmodelled.effects.own_law import Law as OwnLaw
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
@@ -92,7 +94,8 @@ def findings(
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
     answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws), options)
-    return answer.with_notes(*notes, *more, *shorter_windows(found), *remark)
+    more += [*shorter_windows(found), *resting_on_guesses(found), *without_own_laws(found.system)]
+    return answer.with_notes(*notes, *more, *remark)
 
 
 def diagnose_gap(

@@ -47,11 +47,6 @@ def check(system: System, logs: Logs, horizon: float) -> None:
             f"{table}: column id: {len(logs)} experiment, too short to be cut into several; a diagnosis "
             f"needs {FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add another log"
         )
-    if not system.ports and not system.uncertain:
-        raise BadInput(
-            f"{system.place}: ports: there is none, and no parameter is marked identify: nothing can be "
-            "diagnosed; add a port where an effort may act, or mark an uncertain parameter"
-        )
     _recording(system, logs, horizon)
 
 

@@ -30,6 +30,8 @@ DATE = re.compile(
 )
 #: A name of a column, with spaces behind it, and its unit in brackets.
 UNIT = re.compile(r"(?P<name>.*)[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
+#: End of the name of an element of a list, which is no unit: `gyro[1]`.
+ELEMENT = re.compile(r"\w\[\d+\]\s*$")
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,8 @@ def _named(path: Path, head: Sequence[Sequence[str]], width: int) -> tuple[tuple
         if len(name) > LONGEST:
             raise long_name(path, name)
         names.append(name if name not in names else f"{name}#{k}")
-    units = {name: match["unit"] for name in names if (match := UNIT.fullmatch(name)) and match["unit"]}
+    matches = {name: match for name in names if not ELEMENT.search(name) and (match := UNIT.fullmatch(name))}
+    units = {name: match["unit"] for name, match in matches.items() if match["unit"]}
     for row in head[1:2]:
         given = {name: cell.strip("[]() ") for name, cell in zip(names, row, strict=True)}
         units |= {name: unit for name, unit in given.items() if unit not in ("", "-")}
