@@ -36,6 +36,11 @@ def saturating_iron(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i / (1.0 + 0.08 * np.abs(i)) - 0.052 * w
 
 
+def propeller(i: Array, w: Array, t: float) -> Array:
+    """Half of it in proportion to the current, at 3 A the other half to its square."""
+    return 0.52 * (0.5 * i + 0.5 * i * np.abs(i) / 3.0) - 0.052 * w
+
+
 def warming_up(i: Array, w: Array, t: float) -> Array:
     dry = 0.1 + 0.3 * np.exp(-t / 2.0)
     return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
@@ -75,6 +80,15 @@ def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
     # between the slope of the gain at rest and that of the chord at the largest current, 5 A
     assert 0.08 / 1.4 - 0.01 < effect.parameters["s_u"]["value"] < 0.08
     assert effect.parameters["s_u"]["unit"] == "1/A"
+
+
+def test_the_torque_rises_faster_than_the_current(tmp_path: Path) -> None:
+    answer = driven(tmp_path, propeller)
+    effect = only_effect(answer, "actuator_curve", "actuator:i")
+    assert effect.law == "i + f*(i*abs(i)/u_r - i)"
+    f, gain = effect.parameters["f"]["value"], answer.parameters.set_index("name").loc["k_m", "identified"]
+    assert (1.0 - f) * gain == pytest.approx(0.26, rel=0.02)
+    assert 0.5 < f < 0.8
 
 
 def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ class Reading:
     offset: sp.Expr  # in the same terms and inputs
     slope: bool = False  # the state is the time derivative of what the output shows
     lag: sp.Expr = sp.S.Zero  # time constant of a low-pass filter, in terms of parameters; 0: none
-    #: In terms of parameters, constants and states, also the state itself where the sensor is slightly curved;
+    #: In terms of parameters, constants and states, also the state itself if the sensor is slightly curved;
     #: a shown one stands for (output - offset)/gain.
     beside: sp.Expr = sp.S.Zero
 
