@@ -128,6 +128,26 @@ def test_the_course_of_an_input_is_chosen_and_nothing_stands_in_for_it(tmp_path:
     assert written.inputs[0].hold == held
 
 
+def test_the_firmware_limits_the_ramp_of_a_command_and_filters_it(tmp_path: Path) -> None:
+    """All sensors show the lag: it is that of the drive, which begins at zero."""
+    t = 1e-2 * np.arange(400)
+
+    def rates(x: Array, command: Array) -> list[Array]:
+        ramp = np.clip((command - x[2]) / 1e-3, -6.0, 6.0)
+        return [x[1], (0.5 * x[3] - 0.05 * x[1]) / 0.02, ramp, (x[2] - x[3]) / 0.08]
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
+        command = np.repeat(rng.uniform(-2.0, 2.0, 10), 40)
+        phi, w = motion(rates, np.zeros(4), command, 1e-2, substeps=20, held=True).T[:2]
+        noisy = {"phi": phi + 1e-4 * rng.normal(size=len(t)), "w": w + 2e-3 * rng.normal(size=len(t))}
+        return pd.DataFrame({"t": t, "i": command, **noisy})
+
+    answer = diagnosed(tmp_path, text_of("drive.yaml"), recorded(tmp_path / "logs", run, 5, 4))
+    effect = only_effect(answer, "actuator_rate_limit", "actuator:i")
+    assert effect.parameters["r_u"]["value"] == pytest.approx(6.0, rel=0.1)
+    assert effect.parameters["T_u"]["value"] == pytest.approx(0.08, rel=0.2)
+
+
 #: rad and N m/rad; the file says 40 N m/rad.
 HALF_PLAY, STIFFNESS = 0.005, 42.0
 
