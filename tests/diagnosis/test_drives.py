@@ -36,6 +36,11 @@ def saturating_iron(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i / (1.0 + 0.08 * np.abs(i)) - 0.052 * w
 
 
+def propeller(i: Array, w: Array, t: float) -> Array:
+    """Half of it in proportion to the current, at 3 A the other half to its square."""
+    return 0.52 * (0.5 * i + 0.5 * i * np.abs(i) / 3.0) - 0.052 * w
+
+
 def warming_up(i: Array, w: Array, t: float) -> Array:
     dry = 0.1 + 0.3 * np.exp(-t / 2.0)
     return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
@@ -77,6 +82,15 @@ def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
     assert effect.parameters["s_u"]["unit"] == "1/A"
 
 
+def test_the_torque_rises_faster_than_the_current(tmp_path: Path) -> None:
+    answer = driven(tmp_path, propeller)
+    effect = only_effect(answer, "actuator_curve", "actuator:i")
+    assert effect.law == "i + f*(i*abs(i)/u_r - i)"
+    f, gain = effect.parameters["f"]["value"], answer.parameters.set_index("name").loc["k_m", "identified"]
+    assert (1.0 - f) * gain == pytest.approx(0.26, rel=0.02)
+    assert 0.5 < f < 0.8
+
+
 def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:
     answer = driven(tmp_path, warming_up)
     assert answer.verdict == "effect"
@@ -112,6 +126,26 @@ def test_the_course_of_an_input_is_chosen_and_nothing_stands_in_for_it(tmp_path:
     answer.save(tmp_path / "answer")
     written = unmodelled.read_system(tmp_path / "answer" / "augmented_system.yaml")
     assert written.inputs[0].hold == held
+
+
+def test_the_firmware_limits_the_ramp_of_a_command_and_filters_it(tmp_path: Path) -> None:
+    """All sensors show the lag: it is that of the drive, which begins at zero."""
+    t = 1e-2 * np.arange(400)
+
+    def rates(x: Array, command: Array) -> list[Array]:
+        ramp = np.clip((command - x[2]) / 1e-3, -6.0, 6.0)
+        return [x[1], (0.5 * x[3] - 0.05 * x[1]) / 0.02, ramp, (x[2] - x[3]) / 0.08]
+
+    def run(rng: np.random.Generator) -> pd.DataFrame:
+        command = np.repeat(rng.uniform(-2.0, 2.0, 10), 40)
+        phi, w = motion(rates, np.zeros(4), command, 1e-2, substeps=20, held=True).T[:2]
+        noisy = {"phi": phi + 1e-4 * rng.normal(size=len(t)), "w": w + 2e-3 * rng.normal(size=len(t))}
+        return pd.DataFrame({"t": t, "i": command, **noisy})
+
+    answer = diagnosed(tmp_path, text_of("drive.yaml"), recorded(tmp_path / "logs", run, 5, 4))
+    effect = only_effect(answer, "actuator_rate_limit", "actuator:i")
+    assert effect.parameters["r_u"]["value"] == pytest.approx(6.0, rel=0.1)
+    assert effect.parameters["T_u"]["value"] == pytest.approx(0.08, rel=0.2)
 
 
 #: rad and N m/rad; the file says 40 N m/rad.

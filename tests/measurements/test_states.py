@@ -67,6 +67,21 @@ def test_other_sensors_are_not_inverted(tmp_path: Path, expression: sp.Expr) -> 
     np.testing.assert_array_equal(logs.x[:, 0], run()["angle"])
 
 
+@pytest.mark.parametrize("speed", [False, True], ids=["angle", "speed and angle"])
+def test_an_encoder_off_its_axis_is_read(tmp_path: Path, speed: bool) -> None:
+    """The angle is shown with an error of 20 mrad twice a turn, the speed as the slope of the shown angle."""
+    slope, wave = 1 + 0.04 * sp.cos(2 * theta + 0.5), 0.02 * sp.sin(2 * theta + 0.5)
+    outputs = [Output("w", "rad/s", "w", sp.expand(omega * slope))] if speed else []
+    log, system = run(), motor([*outputs, Output("q", "rad", "q", theta + wave)])
+    log["q"] = log["angle"] + 0.02 * np.sin(2 * log["angle"] + 0.5)
+    log["w"] = log["speed"] * (1 + 0.04 * np.cos(2 * log["angle"] + 0.5))
+    logs = read_logs(write_folder(tmp_path, {"a": log}), system)
+    np.testing.assert_allclose(logs.x[:, 0], log["angle"], atol=5e-5)
+    np.testing.assert_allclose(logs.x[:, 1], log["speed"], atol=1e-4 if speed else 2e-3)
+    assert logs.measured == (True, True, False)
+    assert [r.output for r in readings(system)] == ([1, 0] if speed else [0, 0])
+
+
 def test_a_reading_beside_an_input_is_inverted(tmp_path: Path) -> None:
     """The voltage at the terminals shows the current beside a part that the input drives, delayed alike."""
     system = motor(inductance=0.05)

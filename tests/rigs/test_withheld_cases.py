@@ -26,7 +26,16 @@ from unmodelled.effects.library import effects
 from unmodelled.systems.reader import read_system
 
 #: Families that no machine plants: any loss, and inputs that a file does not use.
-UNPLANTED = frozenset(("nonlinear_loss", "input_dependence", "parameter_change", "parameter_error"))
+UNPLANTED = frozenset(
+    (
+        "nonlinear_loss",
+        "input_dependence",
+        "parameter_change",
+        "parameter_error",
+        "actuator_curve",
+        "cyclic_error",
+    )
+)
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

@@ -14,7 +14,7 @@ from unmodelled.effects.columns import Column, Member
 from unmodelled.effects.extrapolation import continued, extent, slopes
 from unmodelled.effects.law import Amplitude, Law, Shape
 from unmodelled.effects.motion import acceleration, effort_signals
-from unmodelled.effects.place import Place, Site
+from unmodelled.effects.place import Place, Site, rate_output
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation
 from unmodelled.systems import grammar
@@ -165,10 +165,21 @@ class _Parts:
             return self._at_port(system, place)
         total = sum((k * f for k, f in self._terms), sp.S.Zero)
         if place.kind == "sensor":
-            return with_output(system, place.name, total, self._written())
+            return self._at_sensor(system, with_output(system, place.name, total, self._written()))
         (signal,) = (self.words.names[name] for name in self._signals)
         more = symbol(place.name) + total, f"{place.name} + {self._written()}"
         return substituted(system, place.name, {signal: more})
+
+    def _at_sensor(self, known: System, grown: System) -> System:
+        """Add what the law adds to the output that shows the rate of the place's output."""
+        names, (before, factor) = self.words.names, self._indicator[::-1]
+        rates, shown = self.words.rates, rate_output(known, self.site.place.name)
+        if not rates or shown is None:
+            return grown
+        total = sum((factor * symbol(names[n]) * v.expression for n, v in rates.items()), sp.S.Zero)
+        text = {n: self.words.text(self.law.amplitudes[n].rate) for n in rates}
+        written = " + ".join(_product(before + names[n], text[n]) for n in rates)
+        return with_output(grown, shown.name, total, written)
 
     def _at_port(self, system: System, place: Place) -> System:
         port = system.port(place.name)

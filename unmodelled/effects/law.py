@@ -2,14 +2,15 @@
 
 Local names are x, v, a, l, s and u (position, velocity, acceleration and load of a port, stiffness of the
 known spring there, and logged level of the surroundings), u and v (logged input, and speed of the port that
-it drives), y (output without the effect) or p (parameter), besides t and the names that the law declares.
+it drives), y and r (output without the effect, and output that shows its rate) or p (parameter), besides t
+and the names that the law declares.
 Texts are expressions of the grammar of system files.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from unmodelled.effects.columns import Column
 
@@ -26,12 +27,15 @@ class Amplitude:
         scale: plausible magnitude, in SI units.
         bounds: lowest and highest value, in SI units.
         share: whether the amplitude switches the effect (1 present, 0 absent); default False.
+        rate: contribution of one unit to the output that shows the rate of the place's output, as an
+            expression; all amplitudes of a law have one, or none; default "": none.
     """
 
     adds: str
     scale: float
     bounds: tuple[float, float]
     share: bool = False
+    rate: str = ""
 
 
 def neat(value: float) -> float:
@@ -220,6 +224,14 @@ class Law:
     robot: Mapping[str, str] = field(default_factory=dict)
     told: Mapping[str, Told] = field(default_factory=dict)
     phrase: str = ""
+
+    @property
+    def rates(self) -> Law | None:
+        """Law at the output that shows the rate of the place's output; None without a contribution there."""
+        if not all(a.rate for a in self.amplitudes.values()):
+            return None
+        found = {n: replace(a, adds=a.rate, rate="") for n, a in self.amplitudes.items()}
+        return replace(self, amplitudes=found)
 
     @property
     def terms(self) -> dict[str, Amplitude | Slope]:

@@ -247,10 +247,31 @@ def _output(system: System, place: Place, scales: Scales) -> Site:
     text = item.name if written is None else f"({written})"
     quantity = _quantity(system, text, item.expression, item.unit, scales.outputs[item.name])
     found = _single(system, place, scales, "y", quantity)
+    if (shown := rate_output(system, item.name)) is not None:
+        written = system.text.get(f"outputs.{shown.name}.expression")
+        text = shown.name if written is None else f"({written})"
+        r = _quantity(system, text, shown.expression, shown.unit, scales.outputs[shown.name])
+        found = replace(found, quantities={**found.quantities, "r": r})
     if (direct := direct_input(system, item)) is None:
         return found
     u = _quantity(system, direct.name, symbol(direct.name), direct.unit, scales.of[direct.name])
     return replace(found, quantities={**found.quantities, "u": u})
+
+
+def rate_output(system: System, name: str) -> Output | None:
+    """Return the output that shows the time derivative of another one, as the speed of an encoder; or None.
+
+    Args:
+        system: system of the outputs.
+        name: name of the output whose rate is shown.
+    """
+    rates = dict(zip(system.x, system.dynamics, strict=True))
+    (expression,) = (o.expression for o in system.outputs if o.name == name)
+    moving = expression.free_symbols & rates.keys()
+    if not moving or not all(rates[x] in rates for x in moving):
+        return None
+    rate = sum((sp.diff(expression, x) * rates[x] for x in moving), sp.S.Zero)
+    return next((o for o in system.outputs if o.expression == rate), None)
 
 
 def direct_input(system: System, output: Output) -> Input | None:

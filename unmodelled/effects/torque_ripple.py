@@ -1,6 +1,7 @@
 """Ripple over position, as of cogging, eccentricity or gear mesh."""
 
 from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.gravity_load import GravityLoad
 from unmodelled.effects.grids import waves
 from unmodelled.effects.law import Law, Shape, signed
 from unmodelled.effects.place import Site
@@ -40,3 +41,18 @@ class TorqueRippleWithOvertones(TorqueRipple):
             {name: signed(wave, at.effort) for name, wave in parts.items()},
             {"k_x": Shape("1/x", grid, (grid[0], 1.5 * grid[-1]))},
         )
+
+
+class TorqueRippleOncePerTurn(GravityLoad):
+    """Sine wave of one period per turn, as of a magnet or winding off its axis.
+
+    It is the law of a weight off the axis: only another position of the axis tells them apart.
+    """
+
+    family = "torque_ripple"
+    variant = "once_per_turn"
+    complexity = 2.2
+
+    def law(self, at: Site) -> Law:
+        amplitudes = {"A_s": signed("sin(x)", at.effort), "A_c": signed("cos(x)", at.effort)}
+        return Law("A_s*sin(x) + A_c*cos(x)", amplitudes)

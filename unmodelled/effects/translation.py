@@ -40,6 +40,11 @@ class Translation:
         """Contribution of one unit of every amplitude and slope, by name."""
         return {name: self.value(number.adds) for name, number in self.law.terms.items()}
 
+    @cached_property
+    def rates(self) -> dict[str, Value]:
+        """Contribution of one unit of every amplitude to the output that shows a rate, by name."""
+        return {name: self.value(a.rate) for name, a in self.law.amplitudes.items() if a.rate}
+
     def value(self, local: str) -> Value:
         """Return an expression in the symbols of the system."""
         return grammar.evaluate(local, self._scope, f"the law {self.law.text}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -20,7 +20,7 @@ from unmodelled.effects.effect import Effect, LawEffect
 from unmodelled.effects.extrapolation import continued
 from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
-from unmodelled.effects.place import Place, Site, site
+from unmodelled.effects.place import Place, Site, rate_output, site
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.
@@ -213,7 +213,17 @@ class Columns:
     def of_law(self, law: Law, place: Place) -> Array:
         """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of a law."""
         scale = np.array([a.scale for a in law.amplitudes.values()])
-        return self.at(place, scale * self.laws.contributions(continued(self.sites[place], law), place, [{}]))
+        return self._of_law(continued(self.sites[place], law), place, [{}], scale)
+
+    def _of_law(self, law: Law, place: Place, shapes: Sequence[Mapping[str, float]], scale: Array) -> Array:
+        """Columns (..., K, outputs, shapes * amplitudes) of a law, also where an output shows its rate."""
+        sizes = np.tile(scale, len(shapes))
+        found = self.at(place, self.laws.contributions(law, place, shapes) * sizes)
+        system = self.path.system
+        if law.rates is None or (shown := rate_output(system, place.name)) is None:
+            return found
+        rates = self.laws.contributions(law.rates, place, shapes) * sizes
+        return found + self.at(replace(place, name=shown.name), rates)
 
     def of_regressors(self, added: Added) -> Array:
         """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of an effect."""
@@ -245,9 +255,8 @@ class Columns:
                     scale = np.array([a.scale for a in law.amplitudes.values()])
                     positive = np.array([a.bounds[0] >= 0.0 for a in law.amplitudes.values()])
                     numbers = len(scale) + sum(len(g) > 1 for g in grids)
-                    forcing = self.laws.contributions(law, place, shapes) * np.tile(scale, len(shapes))
                     atoms = [Atom(effect, place, shape, scale, positive, numbers, rough) for shape in shapes]
-                    yield atoms, self.at(place, forcing)
+                    yield atoms, self._of_law(law, place, shapes, scale)
 
     def _late(self, effect: Delay, place: Place) -> tuple[list[Atom], Array]:
         study = self.path.hypothesis.study
