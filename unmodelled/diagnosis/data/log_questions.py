@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.base.arrays import Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.inspection.pairs import multiples
 from unmodelled.logs.logs import Logs
@@ -104,6 +106,15 @@ def without_inputs(logs: Logs) -> Question:
     return _scaled(UNRELATED, logs.inputs, logs)
 
 
+def multiplied(logs: Logs, output: str, factor: float) -> Question:
+    """Return the question whether an output is to be multiplied by a factor."""
+    problem = LogProblem(
+        *("factor", factor, "", f"like {1.0 / factor:.3g} times its unit", f"multiplied by {factor:.4g}"),
+        "Check the unit and the range of the sensor in these runs",
+    )
+    return _scaled(problem, (output,), logs)
+
+
 def _multiples(system: System, logs: Logs) -> Iterator[Question]:
     """Yield a question for every speed that is a multiple of the slope of its position."""
     known = [abs(problem.factor) for problem in PROBLEMS if problem.factor != -1.0]
@@ -139,22 +150,35 @@ def constants(logs: Logs) -> Iterator[LogFault]:
             )
 
 
-def moves_without_input(logs: Logs) -> bool:
-    """Return whether all inputs are zero, and the outputs keep on swinging all the same.
+def without_input(logs: Logs, runs: Mask) -> LogFault:
+    """Return the fault that runs (experiments,) are driven although all their inputs are zero."""
+    ids = tuple(logs.ids[i] for i in np.flatnonzero(runs))
+    sentence = (
+        f"{listed(logs.inputs)} of {listed(ids)} {'is' if len(logs.inputs) == 1 else 'are'} zero in all "
+        "samples, but the outputs keep on swinging. Check that the column is the input that drove the "
+        "machine in these runs, then diagnose again."
+    )
+    return LogFault(logs.inputs, "constant", None, ids, sentence, decides=True)
+
+
+def moves_without_input(logs: Logs) -> Mask:
+    """Return the runs, shape (experiments,), with inputs of zero in which the outputs keep on swinging.
 
     Free motion dies out: a machine that swings as much at the end of its runs as at their beginning is driven
     by something that the logs do not show.
     """
-    if not logs.inputs or np.any(logs.u != 0.0):
-        return False
+    rows = [logs.rows(i) for i in range(len(logs))]
+    runs = np.array([bool(logs.inputs) and not np.any(logs.u[own]) for own in rows])
+    if not runs.any():
+        return runs
     ratios, crossings = [], []
-    for i in range(len(logs)):
-        first, *_, last = np.array_split(logs.y[logs.rows(i)], THIRDS)
+    for own in (rows[i] for i in np.flatnonzero(runs).tolist()):
+        first, *_, last = np.array_split(logs.y[own], THIRDS)
         ratios.append(last.std(axis=0) / np.maximum(first.std(axis=0), 1e-300))
         above = last > last.mean(axis=0)
         crossings.append(np.count_nonzero(above[1:] != above[:-1], axis=0))
     swings = (np.median(ratios, axis=0) > LASTING) & (np.median(crossings, axis=0) >= CROSSINGS)
-    return bool(swings.all())
+    return runs & bool(swings.all())
 
 
 def _groups(system: System) -> list[tuple[str, ...]]:

@@ -13,14 +13,16 @@ import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.duplicates import different, duplicates
+from unmodelled.diagnosis.data.duplicates import different, duplicates, repeated
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.log_questions import (
     Question,
     clocks,
     constants,
     moves_without_input,
+    multiplied,
     questions,
+    without_input,
     without_inputs,
 )
 from unmodelled.diagnosis.data.persistence import default_horizon
@@ -30,7 +32,8 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
-from unmodelled.diagnosis.search.log_fits import of_every, of_one, swapped
+from unmodelled.diagnosis.search.log_fits import clock_of, of_every, of_some, swapped
+from unmodelled.diagnosis.search.log_rates import Ratio, rate_faults, ratios
 from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
@@ -80,17 +83,51 @@ def log_faults(
 ) -> tuple[LogFault, ...]:
     """Find faults of the logs, and the fault that explains most of the gap if there is one."""
     found = different(logs)
+    contradictions = tuple(_contradictions(system, found, horizon, thresholds))
+    if any(fault.decides for fault in contradictions):
+        return *duplicates(logs), *contradictions
     answer = _answer(system, found, horizon, thresholds)
     said = [
         note
         for note in constants(found)
         if not answer or (note.problem, note.channels) != (answer[0].problem, answer[0].channels)
     ]
-    if not answer and said and moves_without_input(found) and _far_off(system, found, horizon, thresholds):
-        said = [replace(note, decides=True) for note in said]
+    undriven = moves_without_input(found)
+    if not answer and undriven.any() and _far_off(system, found, horizon, thresholds, undriven):
+        said = [replace(note, decides=True) for note in said] or [without_input(found, undriven)]
     if not answer and not any(note.decides for note in said):
         answer = _unrelated(system, found, horizon, thresholds)
-    return *duplicates(logs), *said, *answer
+    return *duplicates(logs), *contradictions, *said, *answer
+
+
+def _contradictions(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> Iterator[LogFault]:
+    """Yield faults that the samples show beyond doubt, whatever the model says."""
+    again = tuple(repeated(logs))
+    yield from again
+    if any(fault.decides for fault in again):
+        return
+    trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
+    faults = tuple(rate_faults(system, logs, trials.sensors))
+    yield from faults or (_of_ratio(trials, ratio) for ratio in ratios(system, logs, trials.sensors))
+
+
+def _of_ratio(trials: Trials, ratio: Ratio) -> LogFault:
+    """Return which of clock, position and speed makes a speed another multiple of the slope in some runs.
+
+    Each would explain it, so that the one with the smallest error of the known physics is the answer.
+    """
+    logs, rate, factor = trials.logs, ratio.rate, ratio.factor
+    position, speed = logs.outputs[rate.position], logs.outputs[rate.speed]
+    asked = (
+        clock_of(trials, 1.0 / factor, ratio.runs),
+        multiplied(logs, speed, 1.0 / factor),
+        multiplied(logs, position, factor),
+    )
+    steps = trials.steps(trials.none)
+    nothing = np.zeros(len(logs))
+    tried = [_identified(trials, _only(question, ratio.runs, steps, nothing, nothing)) for question in asked]
+    best, *alike = _best(trials, tried)
+    return _fault(trials, best, alike)
 
 
 def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
@@ -115,12 +152,12 @@ def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Threshold
     return (_fault(trials, suspect, ()),)
 
 
-def _far_off(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> bool:
-    """Return whether the known physics, refitted, is hardly better than no model."""
+def _far_off(system: System, logs: Logs, horizon: float, thresholds: Thresholds, runs: Mask) -> bool:
+    """Return whether the known physics, refitted, is hardly better than no model in runs (experiments,)."""
     trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
     steps = trials.steps(trials.none)
     left, nothing = trials.identified(trials.none, steps), trials.persistence(steps)
-    return float(left.sum()) > (1.0 - thresholds.fault_share) * float(nothing.sum())
+    return float(left[runs].sum()) > (1.0 - thresholds.fault_share) * float(nothing[runs].sum())
 
 
 def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
@@ -176,13 +213,18 @@ def _fits(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator
     """
     known = trials.refitted(steps)
     left = known.square(known.none, steps, every=True)
-    alone = of_one(known, steps, left) if _matters(left, nothing, trials.thresholds) else ()
+    some = of_some(known, steps, left) if _matters(left, nothing, trials.thresholds) else ()
     every = (trials, before, of_every(trials, steps), False)
-    for tried, old, question, whole in (every, *((known, left, q, True) for q in alone)):
-        after = tried.square(question.correction, steps, whole)
-        suspect = _only(question, question.correction.corrected, steps, old, after)
-        if suspect.explains > trials.thresholds.suspect_share:
-            yield suspect
+    found = set[tuple[str, str, bytes]]()
+    for tried, old, question, whole in (every, *((known, left, q, True) for q in some)):
+        after, mine = tried.square(question.correction, steps, whole), question.correction.corrected
+        for runs in _where(old, after, trials.thresholds) if whole and mine.all() else (mine,):
+            suspect = _only(question, runs, steps, old, after)
+            own = question.problem.name, question.channels[0], runs.tobytes()
+            if suspect.explains > trials.thresholds.suspect_share and not (whole and runs.all()):
+                if own not in found:
+                    yield suspect
+                found.add(own)
 
 
 def _matters(square: Array, nothing: Array, limits: Thresholds) -> bool:
@@ -204,8 +246,13 @@ def _only(question: Question, runs: Mask, steps: int, before: Array, after: Arra
 
 
 def _best(trials: Trials, right: Sequence[Suspect]) -> list[Suspect]:
-    """Return the suspects with almost the smallest error, the simplest (first asked) one first."""
-    left = [s.after.sum() / trials.persistence(s.steps, not s.everywhere).sum() for s in right]
+    """Return the suspects with almost the smallest error, the simplest (first asked) one first.
+
+    Errors are those of the experiments that any of them corrects: parameters that are fitted to a wrong
+    correction change those of the others, too.
+    """
+    where = np.any([s.runs for s in right], axis=0)
+    left = [s.after[where].sum() / trials.persistence(s.steps, not s.everywhere)[where].sum() for s in right]
     return [
         s
         for s, each in zip(right, left, strict=True)

@@ -1,4 +1,5 @@
-"""Faults of logs of which the size is fitted: an offset of one experiment, a clock that runs fast or slow."""
+"""Faults of logs of which the size is fitted: an offset of one experiment, a clock that runs fast or slow,
+a factor of an output."""
 
 from __future__ import annotations
 
@@ -10,9 +11,10 @@ from scipy.optimize import minimize_scalar
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
+from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question, multiplied
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.logs.inspection.pairs import FACTOR
 
 #: Name of the problem.
 CLOCK_PROBLEM = "clock"
@@ -24,6 +26,8 @@ MOST_RUNS = 40
 TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
+#: Logarithms of the factors of outputs that are tried: from 0.01 to 100.
+GAINS = np.log(10.0) * np.linspace(-2.0, 2.0, 13)
 #: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
 REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
 #: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
@@ -32,11 +36,15 @@ PER_CENT = 0.2
 
 def of_every(trials: Trials, steps: int) -> Question:
     """Fit the clock of all experiments."""
-    return _of_time(trials, _factor(trials, steps), np.ones(len(trials.logs), np.bool_))
+    return clock_of(trials, _factor(trials, steps), np.ones(len(trials.logs), np.bool_))
 
 
-def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit an offset and the clock of one experiment with an outstanding error `before` (experiments,)."""
+def of_some(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
+    """Fit an offset, the clock and factors of outputs to an experiment that stands out.
+
+    Its error is the largest of `before` (experiments,). The offset is that of this experiment alone; clock
+    and factors may be those of others, too, so that they are asked of this one and of all.
+    """
     worst = int(np.argmax(before))
     others = np.arange(len(before)) != worst
     limits = trials.thresholds
@@ -46,7 +54,13 @@ def of_one(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     alone = trials.alone(worst)
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
-    yield _of_time(trials, _factor(alone, steps), ~others)
+    clock = _factor(alone, steps)
+    yield clock_of(trials, clock, ~others)
+    yield clock_of(trials, clock, np.ones_like(others))
+    for name in trials.logs.outputs:
+        factor = _gain(alone, steps, name)
+        if abs(np.log(factor)) > np.log(FACTOR):  # no gain of a sensor
+            yield multiplied(trials.logs, name, factor)
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
@@ -77,7 +91,18 @@ def _factor(trials: Trials, steps: int) -> float:
     return float(np.exp(_lowest(square, FACTORS)[0]))
 
 
-def _of_time(trials: Trials, factor: float, runs: Mask) -> Question:
+def _gain(alone: Trials, steps: int, output: str) -> float:
+    """Return the factor of an output of one experiment with the smallest error."""
+
+    def square(logarithm: float) -> float:
+        question = multiplied(alone.logs, output, float(np.exp(logarithm)))
+        return float(alone.square(question.correction, steps).sum())
+
+    return float(np.exp(_lowest(square, GAINS)[0]))
+
+
+def clock_of(trials: Trials, factor: float, runs: Mask) -> Question:
+    """Return the question whether the time of some experiments (experiments,) is wrong by a factor."""
     fast = 1.0 / factor
     way = "fast" if fast > 1.0 else "slow"
     times = f"{100.0 * abs(fast - 1.0):.2g} %"

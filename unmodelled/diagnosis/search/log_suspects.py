@@ -111,8 +111,12 @@ def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
     The time of a flow depends on the flow: with later inputs, the experiment stands out no more. A supply
     varies from run to run: with another gain, hardly more is left than with another clock.
     """
-    (run,), limits = np.flatnonzero(suspect.runs).tolist(), trials.thresholds
-    alone = trials.refitted(suspect.steps).alone(run)
+    known = trials.refitted(suspect.steps)
+    return any(_acts_otherwise_in(known, suspect, run) for run in np.flatnonzero(suspect.runs).tolist())
+
+
+def _acts_otherwise_in(known: Trials, suspect: Suspect, run: int) -> bool:
+    alone, limits = known.alone(run), known.thresholds
     times = np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist()
     later = (later_inputs(alone.logs, samples) for samples in times)
     stronger = (replace(alone.none, drive=gain * alone.none.drive) for gain in GAINS)

@@ -120,8 +120,10 @@ class Trials:
         return self._in_deviations(found.y - found.measured, simulation.recording, correction)
 
     def _in_deviations(self, error: Array, recording: Recording, correction: Correction) -> Array:
-        size = np.abs(correction.gain) * self.deviations
-        size = np.maximum(size, np.median(size, axis=0))  # an experiment near rest would outweigh the others
+        gain = np.abs(correction.gain)
+        size = gain * self.deviations
+        # an experiment near rest would outweigh the others; one that a gain makes small must not count less
+        size = np.maximum(size, np.minimum(gain, 1.0) * np.median(size, axis=0))
         size = np.where(size > 0.0, size, 1.0)[recording.owner][:, None, None]
         with np.errstate(all="ignore"):
             error = error / size
