@@ -178,6 +178,9 @@ def moves_without_input(logs: Logs) -> Mask:
         above = last > last.mean(axis=0)
         crossings.append(np.count_nonzero(above[1:] != above[:-1], axis=0))
     swings = (np.median(ratios, axis=0) > LASTING) & (np.median(crossings, axis=0) >= CROSSINGS)
+    if not runs.all():  # at rest, the noise swings on: the others show how large a motion is
+        size = np.array([logs.y[own].std(axis=0) for own in rows])
+        swings &= np.median(size[runs], axis=0) > LASTING * np.median(size[~runs], axis=0)
     return runs & bool(swings.all())
 
 

@@ -50,12 +50,13 @@ class Ratio:
 
 @dataclass(frozen=True)
 class _Fit:
-    """A speed as a multiple of a slope, by run."""
+    """A speed as a multiple of a slope, by run; nan where noise hides the motion."""
 
     multiple: Array  # relative to that of the system file, (experiments,)
     explains: Array  # share of the power of the speed above the noise, (experiments,)
     #: Whether the residual is small for the speed of the usual run, (experiments,): noise where little moves.
     small: Mask
+    clear: Mask  # whether the noise is small for the motion, (experiments,)
 
     @property
     def holds(self) -> Mask:
@@ -64,7 +65,7 @@ class _Fit:
 
     @property
     def right(self) -> Mask:
-        """Return the runs, shape (experiments,), in which it is that of the file, as far as a sensor's gain."""
+        """Return the runs, shape (experiments,), in which it is the slope, as far as a sensor's gain."""
         size = np.maximum(self.multiple, np.finfo(float).tiny)
         return np.asarray(self.holds & (np.abs(np.log(size)) < np.log(FACTOR)))
 
@@ -107,7 +108,7 @@ def rate_faults(system: System, logs: Logs, sensors: Sensors) -> Iterator[LogFau
             continue  # the system file may be wrong, or the sensor
         still = {j: _still(logs, sensors, rate, j) for j in (rate.position, rate.speed)}
         for j, (runs, since) in still.items():
-            if (runs := runs & ~fit.holds & ~told).any():
+            if (runs := runs & (fit.explains < 1.0 - REST**2) & ~told).any():
                 yield _stands(logs, rate, j, runs, since)
                 told |= runs
         if (runs := fit.fails & (fit.explains < COMMON) & ~told).any():
@@ -122,7 +123,7 @@ def ratios(system: System, logs: Logs, sensors: Sensors) -> Iterator[Ratio]:
         if not np.mean(fit.holds) > COMMON:
             continue
         usual = float(np.median(fit.multiple[fit.holds]))
-        other = fit.holds & (np.abs(fit.multiple / usual - 1.0) > 2.0 * SAME)
+        other = fit.holds & fit.clear & (np.abs(fit.multiple / usual - 1.0) > 2.0 * SAME)
         if 0 < other.sum() < COMMON * len(logs):
             factor = float(np.median(fit.multiple[other])) / usual
             if np.abs(fit.multiple[other] / (usual * factor) - 1.0).max() < SAME:
@@ -140,6 +141,7 @@ def _fit(system: System, sensors: Sensors, position: int, rate: Rate, speed: int
     doubt = (rate.factor * sensors.slope_error(position)) ** 2
     shown, white = sensors.shown(speed, late[speed]), float(sensors.noise[speed]) ** 2
     multiple, explains, residual = np.zeros(len(logs)), np.ones(len(logs)), np.zeros(len(logs))
+    clear = np.zeros(len(logs), np.bool_)
     power = np.array([shown[logs.rows(i)].var() for i in range(len(logs))])
     for i in range(len(logs)):
         s, v = (each[logs.rows(i)] - each[logs.rows(i)].mean() for each in (slope, shown))
@@ -147,11 +149,13 @@ def _fit(system: System, sensors: Sensors, position: int, rate: Rate, speed: int
         residual[i] = float(np.mean((v - s) ** 2))
         multiple[i] = float(s @ v) / max(own - error, COMMON * own, np.finfo(float).tiny)
         if whole < 2.0 * white * len(v):
-            continue  # the speed shows no motion
+            multiple[i] = explains[i] = np.nan  # hardly more than noise
+            continue
+        clear[i] = REST**2 * whole > white * len(v) and REST**2 * own > error
         rest = v - multiple[i] * s
         left = float(rest @ rest) - white * len(v) - multiple[i] ** 2 * error
         explains[i] = 1.0 - max(left, 0.0) / (whole - white * len(v))
-    return _Fit(multiple, explains, residual < REST * np.median(power))
+    return _Fit(multiple, explains, residual < REST * np.median(power), clear)
 
 
 def _exchanged(system: System, sensors: Sensors, fits: dict[Rate, _Fit]) -> Iterator[tuple[LogFault, Mask]]:
@@ -223,8 +227,8 @@ def _apart(logs: Logs, rate: Rate, runs: Mask) -> LogFault:
     """Return the fault that a speed and its position do not belong together."""
     position, speed = logs.outputs[rate.position], logs.outputs[rate.speed]
     said = (
-        f"{speed}{_of(logs, runs)} is not the slope of {position}, as it is in the other runs: one of the two "
-        "columns is wrong there. Check whether it comes from another run or sensor, then diagnose again."
+        f"{speed}{_of(logs, runs)} is not the slope of {position}, as it is in the other runs: one of the "
+        "two columns is wrong there. Check whether it comes from another run or sensor, then diagnose again."
     )
     alike = (((position,), APART),)
     return LogFault((speed,), APART, None, _ids(logs, runs), said, True, alike)

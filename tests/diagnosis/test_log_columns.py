@@ -1,0 +1,146 @@
+"""Columns of some runs that are wrong: what outputs say about each other, and what the known physics says."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.inspection.machines import PENDULUM, Frames
+from tests.machines.folders import Array, changed, system_of, text_of
+from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.search.log_faults import without_copies
+from unmodelled.diagnosis.search.log_rates import Rate, rates
+from unmodelled.logs.logs import Logs
+
+#: Pendulum with a dry friction that its system file does not know.
+SWING = replace(
+    PENDULUM,
+    rates=lambda x, u: np.array(
+        [x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1] - 0.08 * np.tanh(x[1] / 0.05)) / 0.05]
+    ),
+)
+#: The same without a tachometer.
+ANGLE = changed(SWING.system, (", tacho: {unit: rad/s, expression: rate}", ""))
+Spoil = Callable[[Frames], Frames]
+
+
+@pytest.fixture(scope="module")
+def frames() -> Frames:
+    return SWING.frames(3, 6, 900)
+
+
+def told(frames: Frames, folder: Path, text: str = SWING.system) -> list[LogFault]:
+    system = system_of(text, folder)
+    logs = Logs.from_frames(frames, system)
+    return list(without_copies(system, logs, default_horizon(logs))[2])
+
+
+def scaled(column: str, factor: float, *runs: str) -> Spoil:
+    return lambda frames: (
+        frames | {run: frames[run].assign(**{column: factor * frames[run][column]}) for run in runs}
+    )
+
+
+def exchanged(*runs: str) -> Spoil:
+    headers = {"phi": "tacho", "tacho": "phi"}
+    return lambda frames: frames | {run: frames[run].rename(columns=headers) for run in runs}
+
+
+def of_other(column: str, first: int = 0) -> Spoil:
+    def spoil(frames: Frames) -> Frames:
+        values: Array = frames["run4"][column].to_numpy().copy()
+        values[first:] = frames["run2"][column][first:]
+        return frames | {"run4": frames["run4"].assign(**{column: values})}
+
+    return spoil
+
+
+def of_unlogged(frames: Frames) -> Frames:
+    """The speed of a run that is not among the logs."""
+    return frames | {"run4": frames["run4"].assign(tacho=SWING.frames(8, 1, 900)["run1"]["tacho"])}
+
+
+def faster(by: float, *runs: str) -> Spoil:
+    def fast(frame: pd.DataFrame) -> pd.DataFrame:
+        t = frame["t"][frame["t"] * by <= frame["t"].max()]
+        return pd.DataFrame({c: np.interp(t * by, frame["t"], frame[c]) for c in frame}).assign(t=t)
+
+    return lambda frames: frames | {run: fast(frames[run]) for run in runs}
+
+
+def still(frames: Frames) -> Frames:
+    """An angle without noise, which the look for frozen channels with noise does not see."""
+    known = {
+        run: frame.assign(phi=frame["phi"].rolling(9, 1, True).mean().round(3))
+        for run, frame in frames.items()
+    }
+    angle = known["run3"]["phi"].where(known["run3"].index < 600, known["run3"]["phi"][600])
+    return known | {"run3": known["run3"].assign(phi=angle)}
+
+
+def overwritten(frames: Frames) -> Frames:
+    run = frames["run3"].copy()
+    run.iloc[450:, 1:] = run.iloc[:450, 1:].to_numpy()
+    return frames | {"run3": run}
+
+
+EVERY = tuple(f"run{k}" for k in range(1, 7))
+FAULTS: dict[str, tuple[Spoil, str, tuple[str, ...], tuple[str, ...]]] = {
+    "angle ten times": (scaled("phi", 10.0, "run2", "run4"), "factor", ("phi",), ("run2", "run4")),
+    "speed a third": (scaled("tacho", 0.3, "run3"), "factor", ("tacho",), ("run3",)),
+    "exchanged": (exchanged(*EVERY), "exchanged", ("phi", "tacho"), ()),
+    "exchanged in two": (exchanged("run1", "run5"), "exchanged", ("phi", "tacho"), ("run1", "run5")),
+    "speed of another run": (of_other("tacho"), "repeated", ("tacho",), ("run4", "run2")),
+    "half an angle of another run": (of_other("phi", 400), "repeated", ("phi",), ("run4", "run2")),
+    "speed of a run elsewhere": (of_unlogged, "unrelated_rate", ("tacho",), ("run4",)),
+    "overwritten": (overwritten, "repeated", ("phi", "tacho"), ("run3",)),
+    "clocks": (faster(1.1, "run2", "run5"), "clock", ("t",), ("run2", "run5")),
+    "standing": (still, "frozen", ("phi",), ("run3",)),
+    "no input": (scaled("torque", 0.0, "run1", "run3"), "constant", ("torque",), ("run1", "run3")),
+}
+
+
+@pytest.mark.parametrize("what", FAULTS)
+def test_a_wrong_column_is_the_answer(what: str, frames: Frames, tmp_path: Path) -> None:
+    spoil, problem, channels, runs = FAULTS[what]
+    long = SWING.frames(3, 6, 1800) if problem == "constant" else frames  # it has to swing on
+    (fault,) = told(spoil(long), tmp_path)
+    assert (fault.problem, fault.channels, fault.experiments, fault.decides) == (
+        problem,
+        channels,
+        runs,
+        True,
+    )
+    assert fault.sentence.endswith("then diagnose again.")
+
+
+def test_right_columns_raise_no_alarm(frames: Frames, tmp_path: Path) -> None:
+    slow = frames["run1"].assign(torque=0.0)
+    rng = np.random.default_rng(0)
+    slow["tacho"] = 0.02 * rng.standard_normal(len(slow))
+    slow["phi"] = 1e-3 * rng.standard_normal(len(slow))
+    assert told(frames, tmp_path) == told(frames | {"at_rest": slow}, tmp_path) == []
+
+
+def test_the_physics_tells_a_factor_in_two_runs(frames: Frames, tmp_path: Path) -> None:
+    """Without a speed beside the angle."""
+    (fault,) = told(scaled("phi", 10.0, "run2", "run4")(frames), tmp_path, ANGLE)
+    assert (fault.problem, fault.channels, fault.experiments) == ("factor", ("phi",), ("run2", "run4"))
+    assert "like 10" in fault.sentence or "like 9.9" in fault.sentence
+
+
+def test_recordings_that_overlap_are_noted(frames: Frames, tmp_path: Path) -> None:
+    late = frames["run2"].iloc[300:].reset_index(drop=True)
+    late["t"] -= late["t"][0]
+    (fault,) = told(frames | {"late": late}, tmp_path)
+    assert (fault.problem, fault.decides) == ("repeated", False) and "overlap" in fault.sentence
+
+
+def test_which_output_is_the_rate_of_another(tmp_path: Path) -> None:
+    geared = changed(SWING.system, ("phi: {unit: rad}, tacho", "phi: {unit: rad, expression: 3*phi}, tacho"))
+    assert rates(system_of(geared, tmp_path)) == (Rate(0, 1, pytest.approx(1.0 / 3.0)),)
+    assert rates(system_of(text_of("two_masses.yaml"), tmp_path)) == ()
