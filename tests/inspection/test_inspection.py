@@ -101,7 +101,7 @@ def test_looks_take_less_than_a_second(systems: dict[str, System]) -> None:
     frames, signals = PENDULUM.frames(samples=1200), signals_of(systems["swing"])
     values = {name: np.tile(frames["run1"][name], 50) for name in ("phi", "tacho", "torque")}
     start = time.perf_counter()
-    inspect(Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0)))
+    inspect([Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0))])
     assert time.perf_counter() - start < 1.0
 
 
@@ -115,7 +115,7 @@ def test_a_servo_that_is_logged_rarely_may_be_quick_where_its_goal_jumps() -> No
         goal[jumps : jumps + 2] -= 0.06
         values = {"s": s, "goal": goal}
         signals = (Signal("s", "s", "m", "position"), Signal("goal", "goal", "m", "input"))
-        found = inspect(Run("run1", t, values, signals, dict.fromkeys(values, 0.2)))[1]
+        found = inspect([Run("run1", t, values, signals, dict.fromkeys(values, 0.2))])[1]
         assert len([each for each in found if each.channel == "s"]) == spikes
 
 
