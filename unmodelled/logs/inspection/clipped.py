@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
-from unmodelled.logs.differentiate import noise, resolution
+from unmodelled.logs.differentiate import noise, quantum
 from unmodelled.logs.inspection.frozen import NOISY, REPEATED, enough_without
 from unmodelled.logs.inspection.signal import Finding, Run, Signal
 
@@ -76,7 +76,8 @@ def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
 
 def _clipped(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
     parts = [run.values[signal.column] for run in runs]
-    values, step = np.concatenate(parts), resolution(parts)
+    # of a speed from counts of an encoder, every run can show another step
+    values, step = np.concatenate(parts), max(map(quantum, parts))
     ends = float(values.min()), float(values.max())
     if not signal.measured or ends[0] == ends[1]:
         return None

@@ -18,6 +18,8 @@ SHORTEST, LONGEST = 8, 32
 LEVELS = 16
 #: Step where the sign changes, in the largest step of one sign: a course goes on where it passes zero.
 GOES_ON = 2.0
+#: Relative error of a count that was found from rounded values.
+ROUNDING = 1e-6
 TURN = 2.0 * np.pi
 
 
@@ -32,7 +34,7 @@ class Register:
 
     def negative(self, values: Array) -> Mask:
         """Return the mask (samples,) of values that stand for negative numbers."""
-        return np.asarray(values - self.zero >= (0.5 if self.complement else 1.0 - 1e-9) * self.bit)
+        return np.asarray(values - self.zero >= (0.5 if self.complement else 1.0 - ROUNDING) * self.bit)
 
     def decoded(self, values: Array) -> Array:
         """Return the values (samples,) with their signs."""
@@ -94,10 +96,13 @@ def _likely(values: Array, signal: Signal) -> Iterator[Register]:
     unit = count_of(low) if len(low) >= LEVELS else 0.0
     if unit <= 0.0:
         return
-    most = int(np.log2(max(1.0, (levels[-1] - signal.zero) / unit) * (1.0 + 1e-9)))
-    for bits, power, complement in ((most + 1, most, False), (most + 1, most + 1, True)):
-        if SHORTEST <= bits <= LONGEST:
-            yield Register(bits, unit * 2.0**power, complement, signal.zero)
+    top = float(levels[-1] - signal.zero) / unit
+    for power in range(SHORTEST - 1, LONGEST + 1):
+        below, above = 2.0**power <= top * (1.0 + ROUNDING), top <= 2.0**power * (1.0 + ROUNDING)
+        if below and power < LONGEST and top < 2.0 ** (power + 1):
+            yield Register(power + 1, unit * 2.0**power, False, signal.zero)
+        if above and power >= SHORTEST and top > 2.0 ** (power - 1):
+            yield Register(power, unit * 2.0**power, True, signal.zero)
 
 
 def _is(kind: Register, parts: Sequence[Array], signal: Signal) -> bool:
