@@ -137,12 +137,14 @@ def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frame
 
 
 def registered(frames: Frames, column: str, count: float, bits: int, sign_bit: bool = False) -> Frames:
-    """Let a channel be read as unsigned from a register of two's complement, or one with a bit for the sign."""
+    """Let a channel be read as unsigned: two's complement, or a register with a bit for the sign."""
 
     def spoil(values: Array, run: int) -> Array:
         counts = np.round(values / count)
         bit = 2.0 ** (bits - 1) if sign_bit else 2.0**bits
-        return np.asarray(count * np.where(counts < 0.0, bit + (np.abs(counts) if sign_bit else counts), counts))
+        return np.asarray(
+            count * np.where(counts < 0.0, bit + (np.abs(counts) if sign_bit else counts), counts)
+        )
 
     return _each(frames, column, spoil)
 

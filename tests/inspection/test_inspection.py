@@ -64,8 +64,18 @@ CASES = {
         *("screw", (registered, "force", 0.00269, 16)),
         *(r"force jumps by 65536 counts \(176.3 N\) .* a signed number of 16 bits", 0.0027),
     ),
-    "byte, read as unsigned": ("swing", (registered, "torque", 0.01, 8), ".* a signed number of 8 bits", 0.01),
-    "32 bits, read as unsigned": ("heater", (registered, "T", 0.05, 32), ".* a signed number of 32 bits", 1e-5),
+    "byte, read as unsigned": (
+        "swing",
+        (registered, "torque", 0.01, 8),
+        ".* a signed number of 8 bits",
+        0.01,
+    ),
+    "32 bits, read as unsigned": (
+        "heater",
+        (registered, "T", 0.05, 32),
+        ".* a signed number of 32 bits",
+        1e-5,
+    ),
     "sign bit of an input": (
         *("heater", (registered, "power", 0.3, 12, True)),
         *("power jumps by 2048 counts .* a register whose bit 11 is the sign", 0.3),
@@ -120,7 +130,9 @@ def test_samples_at_the_end_of_a_range_are_left_out(case: str, tmp_path: Path) -
     system = system_of(changed(machine.system, change), tmp_path)
     frames = ended(machine.frames(), channel, share, noise, digits)
     logs, notes = looked(system, frames)
-    assert len(notes) == 1 and notes[0].startswith(f"{channel} stands at its smallest or largest value"), notes
+    assert len(notes) == 1 and notes[0].startswith(f"{channel} stands at its smallest or largest value"), (
+        notes
+    )
     told = re.search(r"in ([\d.]+) % of the samples, \d+ of them .*: these are left out", notes[0])
     assert told and float(told[1]) == pytest.approx(100 * share, rel=0.1)
     end = max(float(frame[channel].max()) for frame in frames.values())
@@ -153,9 +165,7 @@ def test_a_command_that_saturates_and_a_stop_are_no_ends(name: str, systems: dic
 
 def test_an_input_that_no_equation_uses_is_not_looked_at(tmp_path: Path) -> None:
     text = changed(SCREW.system, ("inputs: {force", "inputs: {spare: {unit: V}, force"))
-    frames = {
-        name: f.assign(spare=np.sin(f["t"])) for name, f in frozen(SCREW.frames(), "force", 60).items()
-    }
+    frames = {name: f.assign(spare=np.sin(f["t"])) for name, f in frozen(SCREW.frames(), "force", 60).items()}
     spoiled = spiked(frozen(frames, "spare", 60), "spare", 1e4)
     notes = looked(system_of(text, tmp_path), spoiled)[1]
     assert notes and not any("spare" in note for note in notes)
@@ -178,6 +188,9 @@ def test_a_mapping_turns_cures_off(tmp_path: Path) -> None:
         logged = np.concatenate([frame["force"] for frame in frames.values()])
         off[cure] = float(np.abs(logs.u[:, 0] - logged).max())
     assert off["false"] == 0.0 < off["true"]
+    (fault,) = without_copies(system, logs, 0.1)[2]  # of the logs that were left as they are
+    assert (fault.problem, fault.decides) == ("register", True)
+    assert fault.sentence.startswith("force jumps by 65536 counts where it would change its sign")
 
 
 def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:

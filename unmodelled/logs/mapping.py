@@ -137,7 +137,9 @@ def read_mapping(path: Path) -> LogMapping:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    keys = root.fields(("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants", "cure"))
+    keys = root.fields(
+        ("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants", "cure")
+    )
     signals = {name: _signal(node) for name, node in keys["signals"].entries().items()}
     if not signals:
         raise keys["signals"].wrong("is empty: name a column for every input and output of the system file")

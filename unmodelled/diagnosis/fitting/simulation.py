@@ -38,7 +38,7 @@ class Runs:
     measured: Array  # at the same samples, (windows, sets or 1, most steps, outputs)
     counted: Mask  # samples before the end of a window, (windows, most steps)
     first: Array  # simulated at the first sample of a window, without delay, (windows, sets, outputs)
-    #: Samples of the first set that are not compared, (windows, most steps, outputs): `measured` is `y` there.
+    #: Samples of the first set that are not compared, (windows, most steps, outputs): `measured` is `y`.
     left_out: Mask | None = None
 
     def errors(self, scale: Array) -> Array:

@@ -52,8 +52,8 @@ def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
     """Leave out samples at the ends of measured channels; return runs, findings, and ends by column.
 
     A sensor with noise never shows one number again and again, save at the end of its range. What an input or
-    a position was there is unknown, and so are the states that it drives: runs are cut. The samples of another
-    output stay, with the ends of its range, and are not compared. A command that saturates is no fault.
+    a position was there is unknown, and so are the states that it drives: runs are cut. The samples of
+    another output stay, and are not compared. A command that saturates is no fault.
     """
     found, runs, limits = list[Finding](), list(runs), dict[str, Ends]()
     for signal in runs[0].signals:

@@ -56,11 +56,9 @@ def frozen(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
             first = float(run.t[own[0][0]] - run.t[0])
             longest = max(float(run.t[end - 1] - run.t[start]) for start, end in own)
             what = f"freezes {{count}} times, for up to {longest:.3g} s,"
-            cure = "the run was cut there" if enough else "too little remains without it; repair the recording"
+            cure = "the run was cut there" if enough else "too little remains without; repair the recording"
             found.append(Finding(KIND, signal.name, run.name, len(own), first, what, cure, enough))
-    return [
-        run.without(rows) if rows.any() else run for run, rows in zip(runs, left_out, strict=True)
-    ], found
+    return [run.without(rows) if rows.any() else run for run, rows in zip(runs, left_out, strict=True)], found
 
 
 def _levels(runs: Sequence[Run], signal: Signal) -> set[float]:

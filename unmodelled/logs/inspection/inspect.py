@@ -41,9 +41,7 @@ class Inspected:
     limits: dict[str, Ends]  # ends of the ranges of outputs by name, SI: samples there are not compared
 
 
-def inspected(
-    system: System, names: Sequence[str], logs: Sequence[Columns], cure: bool = True
-) -> Inspected:
+def inspected(system: System, names: Sequence[str], logs: Sequence[Columns], cure: bool = True) -> Inspected:
     """Look at experiments, and cure their faults where that is certain and wanted."""
     signals = signals_of(system)
     spans = spans_of(signals, [log.values for log in logs])

@@ -68,7 +68,8 @@ def register(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
             continue
         runs = [run.with_values(signal, kind.decoded(part)) for run, part in zip(runs, parts, strict=True)]
         size = "" if signal.unit.strip() in ("", "1", "-") else f" ({kind.bit:.4g} {signal.unit})"
-        what = f"jumps by {kind.counts} counts{size} where it would change its sign {{count}} times, as {kind.words},"
+        by = f"jumps by {kind.counts} counts{size} where it would change its sign"
+        what = f"{by} {{count}} times, as {kind.words},"
         cure = "its values were decoded in all runs; log the signed number"
         for run, part in zip(runs, parts, strict=True):
             changes = np.flatnonzero(np.diff(kind.negative(part)))
@@ -79,7 +80,7 @@ def register(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
 
 
 def register_of(parts: Sequence[Array], signal: Signal) -> Register | None:
-    """Return how numbers without a sign are to be read, from all runs (samples,); None where they are right."""
+    """Return how numbers of all runs (samples,) are to be read; None where they are right."""
     values = np.concatenate(parts)
     if float(values.min()) < signal.zero or np.ptp(values) == 0.0:
         return None

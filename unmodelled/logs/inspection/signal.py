@@ -44,7 +44,9 @@ class Signal:
 
     def shown(self, value: float) -> str:
         """Return a value in the unit of the column."""
-        number, unit = (value, self.unit) if self.written is None else (self.written.from_si(value), self.written.text)
+        number, unit = (
+            (value, self.unit) if self.written is None else (self.written.from_si(value), self.written.text)
+        )
         return f"{number:.4g}" if unit.strip() in ("", "1", "-") else f"{number:.4g} {unit}"
 
 
@@ -53,7 +55,8 @@ def signals_of(system: System) -> tuple[Signal, ...]:
     positions = {x for x, speed in zip(system.x, system.dynamics, strict=True) if speed in system.x}
     used = _used(system)
     outputs = (
-        Signal(o.name, o.column, o.unit, _role(o, system, positions), written=o.logged) for o in system.outputs
+        Signal(o.name, o.column, o.unit, _role(o, system, positions), written=o.logged)
+        for o in system.outputs
     )
     inputs = (
         Signal(i.name, i.column, i.unit, "input", not i.commanded, i.hold, i.logged)
