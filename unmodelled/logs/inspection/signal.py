@@ -44,10 +44,9 @@ class Signal:
 
     def shown(self, value: float) -> str:
         """Return a value in the unit of the column."""
-        number, unit = (
-            (value, self.unit) if self.written is None else (self.written.from_si(value), self.written.text)
-        )
-        return f"{number:.4g}" if unit.strip() in ("", "1", "-") else f"{number:.4g} {unit}"
+        written = self.written or LoggedUnit(self.unit, 1.0, 0.0)
+        number = (value - written.offset) / written.factor
+        return f"{number:.4g}" if written.text.strip() in ("", "1", "-") else f"{number:.4g} {written.text}"
 
 
 def signals_of(system: System) -> tuple[Signal, ...]:
