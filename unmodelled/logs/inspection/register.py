@@ -112,6 +112,8 @@ def _is(kind: Register, parts: Sequence[Array], signal: Signal) -> bool:
     values = np.concatenate(parts)
     if min(len(np.unique(values[negative])), len(np.unique(values[~negative]))) < LEVELS:
         return False
+    if float(kind.decoded(values[negative]).mean()) > kind.zero:
+        return False  # the bit is close to another kind's
     changes = np.concatenate([np.diff(kind.negative(part)) for part in parts])
     raw, decoded = (
         np.abs(np.concatenate([np.diff(each) for each in courses]))
