@@ -82,6 +82,7 @@ class LogMapping:
     split_by: Column | None  # its runs of equal values are the experiments
     cut: float | None  # length of the parts of every experiment, s
     constants: Mapping[str, Column | ByFile | str]  # of the operating point, and other descriptions
+    cure: bool  # whether faults of single channels are cured, not told only
     node: Node  # top of the file, for messages
 
     def paths(self) -> dict[str, Path]:
@@ -129,7 +130,9 @@ def read_mapping(path: Path) -> LogMapping:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    keys = root.fields(("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants"))
+    keys = root.fields(
+        ("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants", "cure")
+    )
     signals = {name: _signal(node) for name, node in keys["signals"].entries().items()}
     if not signals:
         raise keys["signals"].wrong("is empty: name a column for every input and output of the system file")
@@ -145,6 +148,7 @@ def read_mapping(path: Path) -> LogMapping:
             name: _constant(node)
             for name, node in (keys["constants"].entries() if "constants" in keys else {}).items()
         },
+        cure=keys["cure"].boolean() if "cure" in keys else True,
         node=root,
     )
 

@@ -87,6 +87,8 @@ class Path:
         # small changes tell nothing where the simulation is far off or has diverged
         usable = recording.counted[:, :, None] & (np.abs(error) < _largest(recording))
         usable &= np.isfinite(runs.states[:, 0, 1:]).all(axis=2, keepdims=True)
+        if shown.left_out is not None:
+            usable &= ~shown.left_out
         error = np.where(usable, error, 0.0)
         huber = weights(error, spread(error, np.asarray(usable.all(axis=2), np.bool_)))
         judged = np.isin(recording.start, few.start)
