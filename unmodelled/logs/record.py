@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 
-from unmodelled.base.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -45,6 +45,17 @@ class Found:
     def unit(self) -> str | None:
         """Unit as the file writes it; None where it has none."""
         return self.table.units.get(self.name)
+
+    @property
+    def words(self) -> Mapping[int, str]:
+        """Words among the numbers of the column, such as "unavailable", by row."""
+        return self.table.words.get(self.name, {})
+
+    def entries(self, values: Array, hold: bool) -> Mask:
+        """Return whether rows (rows,) count: those with a finite value, and if it holds, words that end it."""
+        known = np.isfinite(values)
+        known[list(self.words) if hold else []] = True
+        return known
 
 
 class Record:

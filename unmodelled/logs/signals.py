@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,29 +33,38 @@ class Channel:
     kind: str  # between samples: "cubic", "linear" or "hold"
     signal: Signal
 
-    def series(self, record: Record, base: Found, t: Array, rows: Indices) -> tuple[Array, str]:
-        """Return values (rows,) at the instants t[rows] in the unit of the system, and how they were read."""
+    def series(
+        self, record: Record, base: Found, t: Array, rows: Indices, instants: Array
+    ) -> tuple[Array, str]:
+        """Return values (instants,) in the unit of the system, and how they were read.
+
+        Args:
+            record: file that holds the column of the signal.
+            base: column whose clock counts.
+            t: time of every row of its table, s.
+            rows: rows of this table in the experiment, in the order of time.
+            instants: times at which the signal is read, s.
+        """
         found, raw = record.numbers(self.signal.column)
-        values, how = self._converted(record, found, raw), ""
+        values = self._converted(record, found, raw)
+        known = found.entries(values, self.signal.column.hold)
         if found.table is base.table:
-            here = values[rows]
-            known = np.isfinite(here)
-            if known.all():
-                return here, ""
-            own_t, own = t[rows][known], here[known]
+            own_t, own = t[rows][known[rows]], values[rows][known[rows]]
             how = "has empty cells, and was read between the others"
         else:
             clock = record.clock(found.table)
-            usable = np.flatnonzero(np.isfinite(clock) & np.isfinite(values))
+            usable = np.flatnonzero(np.isfinite(clock) & known)
             if not len(usable):
-                return np.full(len(rows), np.nan), ""
+                return np.full(len(instants), np.nan), ""
             order, _, repeated = in_order(clock, usable)
             check_coarse(str(record.path), repeated, len(usable))
             own_t, own = clock[order], values[order]
-            if np.array_equal(own_t, t[rows]):
-                return own, ""
             how = f"of another clock was read at the instants of {base.name}"
-        return self._read(own_t, own, t[rows]), how
+        if np.array_equal(own_t, instants):
+            return own, ""
+        if self.signal.column.hold:
+            how = "holds from row to row: no row means that nothing changed"
+        return self._read(own_t, own, instants), how
 
     def _read(self, t: Array, values: Array, instants: Array) -> Array:
         """Values between samples; none beyond the ends, and none in a gap, save of an input that is held."""
@@ -140,7 +150,14 @@ def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
             near = closest(item.column, mapping.signals)
             faults.add(f"{where}: the column {item.column!r} of the system file is missing{near}")
             continue
-        kind = "cubic" if isinstance(item, Output) else "hold" if item.hold else "linear"
+        held = signal.column.hold or (isinstance(item, Input) and item.hold)
+        kind = "hold" if held else "cubic" if isinstance(item, Output) else "linear"
         found.setdefault(item.column, Channel(item, kind, signal))
     faults.check()
     return list(found.values())
+
+
+def leading(channels: Sequence[Channel]) -> Channel:
+    """Return the channel whose clock counts: the first output, if it can be one that is sampled."""
+    outputs = [channel for channel in channels if isinstance(channel.item, Output)]
+    return next((channel for channel in outputs if not channel.signal.column.hold), channels[0])

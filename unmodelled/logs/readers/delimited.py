@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pandas.tseries.api import guess_datetime_format
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
@@ -18,10 +17,7 @@ from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
 from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
-from unmodelled.logs.time_units import DAY
-
-#: Share of the cells of a column that must hold values if it is one of numbers.
-SHARE = 0.5
+from unmodelled.logs.readers.text_cells import numbers_in, times_in, words_among
 
 
 class Delimited(Reader):
@@ -40,8 +36,9 @@ class Delimited(Reader):
         frame = _frame(path, dialect)
         columns: dict[str, Array] = {}
         texts: dict[str, Sequence[str]] = {}
+        words: dict[str, dict[int, str]] = {}
         beside = Beside()
-        units = dict(dialect.units)
+        units, origins = dict(dialect.units), dict[str, int]()
         for name in dialect.names:
             cells = frame[name]
             if cells.dtype.kind in "fiub":
@@ -55,16 +52,18 @@ class Delimited(Reader):
                     beside.lengths[name] = lengths
                 elif not any(lengths):
                     beside.names[name] = [_words(cell) for cell in text]
-            elif (time := _times(text)) is not None:
-                columns[name] = time
+            elif (time := times_in(text)) is not None:
+                columns[name], origins[name] = time
                 units[name] = "s"
-            elif (values := _numbers(text, dialect.decimal)) is not None:
+            elif (values := numbers_in(text, dialect.decimal)) is not None:
                 columns[name] = values
+                words[name] = words_among(text, values)
             else:
                 texts[name] = text.tolist()
         kept = [name for name in dialect.names if name in columns or name in texts]
         aliases = {match["name"].strip(): name for name in kept if (match := UNIT.fullmatch(name))}
-        table = Table("", columns, units, texts, aliases, first=dialect.skipped + 1)
+        first = dialect.skipped + 1
+        table = Table("", columns, units, texts, aliases, first=first, origins=origins, words=words)
         return by_cells(table, beside)
 
 
@@ -134,51 +133,3 @@ def _list(cell: str) -> list[float]:
         return [float(number) for number in inner]
     except ValueError:
         return []
-
-
-def _times(cells: pd.Series) -> Array | None:
-    """Dates and times of day in s (rows,) since the first one; None for other texts."""
-    filled = cells[cells != ""]
-    if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
-        return None
-    plain = filled.str.replace(",", ".")
-    dotted = plain.str.match(r"\d\d?\.\d\d?\.\d{4}")
-    if dotted.all():
-        plain = plain.str.replace(r"(\d\d?)\.(\d\d?)\.(\d{4})", r"\3-\2-\1", regex=True)
-    if of_day := bool(plain.str.match(r"\d\d?:").all()):
-        plain = "1970-01-01 " + plain
-    since = _since_first(plain)
-    if since is None:
-        return None
-    if of_day:  # midnight is where it falls by more than half a day
-        since += DAY * (since.ffill().diff() < -0.5 * DAY).cumsum()
-    return np.asarray(since.reindex(cells.index), np.float64)
-
-
-def _since_first(cells: pd.Series) -> pd.Series | None:
-    """Dates, or durations such as "0 days 00:00:01.5", in s since the first one; None if most are neither.
-
-    Of a day and a month that can change places, those that make the record shorter are taken.
-    """
-    read = [pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")]
-    # the format of a time in the afternoon is not guessed
-    guess = guess_datetime_format(re.sub(r"[Pp][Mm]$", "AM", str(cells.iloc[0])[:60]))
-    if guess and read[0].notna().mean() <= SHARE:
-        swapped = re.sub("%[md]", lambda found: "%d" if found[0] == "%m" else "%m", guess)
-        read = [pd.to_datetime(cells, format=each, utc=True, errors="coerce") for each in (guess, swapped)]
-    if cells.str.match(r"-?\d+ days?\b").all():
-        read.append(pd.to_timedelta(cells, errors="coerce"))
-    spans = [(each - each.min()).dt.total_seconds() for each in read if each.notna().mean() > SHARE]
-    return min(spans, key=lambda each: float(each.max()), default=None)
-
-
-def _numbers(cells: pd.Series, decimal: str) -> Array | None:
-    """Numbers (rows,) among other texts; None if most are other texts."""
-    plain = cells.str.replace(",", ".") if decimal == "," else cells
-    truths = {"true": "1", "false": "0"}
-    plain = plain.str.lower().replace(truths).str.replace(r"(?<=\d)d(?=[-+\d])", "e", regex=True)
-    found = pd.to_numeric(plain, errors="coerce")
-    filled = int((cells != "").sum())
-    if not filled or found.notna().sum() <= SHARE * filled:
-        return None
-    return np.asarray(found, np.float64)

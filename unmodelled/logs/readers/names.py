@@ -225,7 +225,14 @@ def _of_group(table: Table, rows: Indices, code: NDArray[Any], named: Sequence[L
         aliases={new: old for new, old in table.aliases.items() if old in {*columns, *filled}},
         clock=None if table.clock is None else table.clock[rows],
         rows=table.numbered(rows),
+        origins={name: zero for name, zero in table.origins.items() if name in columns},
+        words={name: _of_rows(own, rows) for name, own in table.words.items() if name in columns},
     )
+
+
+def _of_rows(words: Mapping[int, str], rows: Indices) -> dict[int, str]:
+    """Words by their places in some rows (rows,)."""
+    return {k: words[row] for k, row in enumerate(rows.tolist()) if row in words}
 
 
 def _with_places(found: Table, table: Table, named: Sequence[Labels]) -> Table:

@@ -39,6 +39,10 @@ class Table:
     clock: Array | None = None  # of the format, (rows,), s; None: time is a column like any other
     first: int = 1  # number of the first row in the file, as an editor counts
     rows: Indices | None = None  # (rows,), numbers in the file; None: they follow each other
+    #: Zeros of columns of dates, which are in s since the first one, ns since 1970.
+    origins: Mapping[str, int] = field(default_factory=dict)
+    #: Words in a column of numbers, such as "unavailable", by row, by column.
+    words: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
