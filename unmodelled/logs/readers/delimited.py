@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,37 +35,51 @@ class Delimited(Reader):
         check_file(path, OBJECTS / 4)
         dialect = dialect_of(path)
         frame = _frame(path, dialect)
-        columns: dict[str, Array] = {}
-        texts: dict[str, Sequence[str]] = {}
-        words: dict[str, dict[int, str]] = {}
-        beside = Beside()
-        units, origins = dict(dialect.units), dict[str, int]()
-        for name in dialect.names:
-            cells = frame[name]
-            if cells.dtype.kind in "fiub":
-                columns[name] = cells.to_numpy(np.float64, copy=True)
-                continue
-            text = cells.fillna("").astype(str).str.strip()
-            if _is_list(text):
-                found, lengths = _lists(path, name, text)
-                columns |= found
-                if found:
-                    beside.lengths[name] = lengths
-                elif not any(lengths):
-                    beside.names[name] = [_words(cell) for cell in text]
-            elif (time := times_in(text)) is not None:
-                columns[name], origins[name] = time
-                units[name] = "s"
-            elif (values := numbers_in(text, dialect.decimal)) is not None:
-                columns[name] = values
-                words[name] = words_among(text, values)
-            else:
-                texts[name] = text.tolist()
-        kept = [name for name in dialect.names if name in columns or name in texts]
-        aliases = {match["name"].strip(): name for name in kept if (match := UNIT.fullmatch(name))}
-        first = dialect.skipped + 1
-        table = Table("", columns, units, texts, aliases, first=first, origins=origins, words=words)
-        return by_cells(table, beside)
+        aliases = {match["name"].strip(): name for name in dialect.names if (match := UNIT.fullmatch(name))}
+        empty = Table("", {}, dialect.units, aliases=aliases, first=dialect.skipped + 1)
+        return filled(path, empty, frame, dialect.decimal)
+
+
+def filled(path: Path, empty: Table, frame: pd.DataFrame, decimal: str) -> list[Table]:
+    """Return a table with the columns of a frame (rows, columns) of numbers and texts, see `by_cells`.
+
+    Args:
+        path: path of the file, for messages.
+        empty: name, units, aliases and rows of the table.
+        frame: numbers, and cells as text.
+        decimal: decimal mark.
+    """
+    columns: dict[str, Array] = {}
+    texts: dict[str, Sequence[str]] = {}
+    words: dict[str, dict[int, str]] = {}
+    beside = Beside()
+    units, origins = dict(empty.units), dict[str, int]()
+    for name in map(str, frame):
+        cells = frame[name]
+        if cells.dtype.kind in "fiub":
+            columns[name] = cells.to_numpy(np.float64, copy=True)
+            continue
+        text = cells.fillna("").astype(str).str.strip()
+        if _is_list(text):
+            found, lengths = _lists(path, name, text)
+            columns |= found
+            if found:
+                beside.lengths[name] = lengths
+            elif not any(lengths):
+                beside.names[name] = [_words(cell) for cell in text]
+        elif (time := times_in(text)) is not None:
+            columns[name], origins[name] = time
+            units[name] = "s"
+        elif (values := numbers_in(text, decimal)) is not None:
+            columns[name] = values
+            words[name] = words_among(text, values)
+        else:
+            texts[name] = text.tolist()
+    aliases = {alias: name for alias, name in empty.aliases.items() if name in {*columns, *texts}}
+    table = replace(
+        empty, columns=columns, units=units, texts=texts, aliases=aliases, origins=origins, words=words
+    )
+    return by_cells(table, beside)
 
 
 def _frame(path: Path, dialect: Dialect) -> pd.DataFrame:

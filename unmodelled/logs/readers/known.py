@@ -22,6 +22,7 @@ from unmodelled.logs.readers.long import by_thing
 from unmodelled.logs.readers.mat import Mat
 from unmodelled.logs.readers.mcap import Mcap
 from unmodelled.logs.readers.mdf import Mdf
+from unmodelled.logs.readers.messages import Messages
 from unmodelled.logs.readers.npz import Npz
 from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
@@ -30,7 +31,7 @@ from unmodelled.logs.readers.ulog import ULog
 from unmodelled.logs.recognition import foreign
 
 #: Readers in the order in which they are asked; what is left is text.
-_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Delimited)
+_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Messages, Delimited)
 READERS: tuple[Reader, ...] = tuple(kind() for kind in _FORMATS)
 #: Group of entry points by which other packages add readers; each names an object, not a class.
 GROUP = "unmodelled.readers"

@@ -68,7 +68,7 @@ def _shape(table: Table) -> _Shape | None:
     for column in _namers(table):
         code, names = pd.factorize(np.where(np.array(table.texts[column], object) == "", None, table.texts[column]))
         varying = [name for name in table.columns if _varies(table.columns[name], code)]
-        times = [name for name in varying if name in table.origins or _called(name, _TIMES)]
+        times = [name for name in varying if _is_time(table, name)]
         values = [name for name in varying if name not in times and not _counts(table.columns[name])]
         values = values or [name for name in table.texts if name != column and _holds_numbers(table, name)]
         if len(values) != 1 or not (times or table.clock is not None):
@@ -77,6 +77,16 @@ def _shape(table: Table) -> _Shape | None:
         if clock is not None and _lie_among(code, clock, _called(column, _THINGS)):
             return _Shape([str(name) for name in names], code, values[0], clock)
     return None
+
+
+def clock_of(table: Table) -> Array | None:
+    """Return the times (rows,) of a table, s, by a column of dates or one that is called a time; None: neither."""
+    name = next((name for name in table.columns if _is_time(table, name)), None)
+    return None if name is None else _seconds(table, name)
+
+
+def _is_time(table: Table, name: str) -> bool:
+    return name in table.origins or _called(name, _TIMES)
 
 
 def _namers(table: Table) -> list[str]:
@@ -130,27 +140,22 @@ def _lie_among(code: Indices, clock: Array, called: bool) -> bool:
 
 def _of_thing(table: Table, shape: _Shape, name: str, rows: Indices, unit: str | None) -> Table:
     """The rows of a thing, with its value as numbers where most are."""
-    columns = {key: values[rows] for key, values in table.columns.items()}
-    texts = {key: [cells[row] for row in rows] for key, cells in table.texts.items()}
-    words = {k: word for k, row in enumerate(rows.tolist()) if (word := table.words.get(shape.value, {}).get(row))}
+    own = table.among(f"{table.name}.{name}" if table.name else name, rows)
+    columns, texts, words = {**own.columns}, {**own.texts}, {**own.words}
     if shape.value in texts:
         cells = pd.Series(texts[shape.value], dtype=object).astype(str).str.strip()
-        values = numbers_in(cells, ".")
-        if values is not None:
-            found = columns.get(shape.value)
-            columns[shape.value] = values if found is None else np.where(np.isnan(found), values, found)
-            words |= words_among(cells, columns[shape.value])
+        if (values := numbers_in(cells, ".")) is not None:
+            found = columns.get(shape.value, values)
+            columns[shape.value] = np.where(np.isnan(found), values, found)
+            words[shape.value] = words_among(cells, columns[shape.value])
             del texts[shape.value]
-    given = next((cell for cell in texts.get(unit, []) if cell), None) if unit else None
-    units = {**table.units, **({shape.value: given} if given else {})}
-    return Table(
-        f"{table.name}.{name}" if table.name else name,
-        columns,
-        {key: text for key, text in units.items() if key in {*columns, *texts}},
-        texts,
-        {} if name in {*columns, *texts} else {name: shape.value},
-        shape.clock[rows],
-        rows=table.numbered(rows),
-        origins=table.origins,
-        words={shape.value: words} if words else {},
+    given = next((cell for cell in texts.get(unit, ()) if cell), "") if unit else ""
+    return replace(
+        own,
+        columns=columns,
+        units={**own.units, **({shape.value: given} if given else {})},
+        texts=texts,
+        aliases={} if name in {*columns, *texts} else {name: shape.value},
+        clock=shape.clock[rows],
+        words={key: each for key, each in words.items() if each},
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Table, among_rows
 from unmodelled.logs.recognition import NUMBER
 
 #: Names of the elements of lists in one row, by place of the list.
@@ -226,13 +226,8 @@ def _of_group(table: Table, rows: Indices, code: NDArray[Any], named: Sequence[L
         clock=None if table.clock is None else table.clock[rows],
         rows=table.numbered(rows),
         origins={name: zero for name, zero in table.origins.items() if name in columns},
-        words={name: _of_rows(own, rows) for name, own in table.words.items() if name in columns},
+        words={name: among_rows(own, rows) for name, own in table.words.items() if name in columns},
     )
-
-
-def _of_rows(words: Mapping[int, str], rows: Indices) -> dict[int, str]:
-    """Words by their places in some rows (rows,)."""
-    return {k: words[row] for k, row in enumerate(rows.tolist()) if row in words}
 
 
 def _with_places(found: Table, table: Table, named: Sequence[Labels]) -> Table:
