@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,8 @@ _SLOW = frozenset([Role.TEMPERATURE, Role.LEVEL, Role.PRESSURE, Role.CHARGE])
 _SLOW |= {Role.FLOW, Role.VOLTAGE, Role.POWER}
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
+#: Share of steps that are nearly equal in an even clock, and of rows that change a value that is written then.
+EVEN = 0.9
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,7 @@ class Signal:
     values: Array  # (samples,), as logged
     unit: str | None  # by file or name
     role: Role | None  # by name or unit
+    held: bool = False  # it is written when it changes, and was read at uniform instants
 
     @property
     def rate(self) -> float:
@@ -86,7 +89,7 @@ def _likeness(table: Table, name: str) -> float:
     if role not in (None, Role.TIME, Role.PART):
         return 0.0
     named = 4.0 * (role is Role.TIME)
-    even = float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > 0.9)
+    even = float(_is_even(steps))
     first = float(next(iter(table.columns)) == name)
     return named + even + first if named or even else 0.0
 
@@ -94,20 +97,50 @@ def _likeness(table: Table, name: str) -> float:
 def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) -> list[Signal]:
     """Return the columns of an experiment that change and are no clock."""
     found = []
-    for table in (table for table in tables if len(table) >= ROWS):
+    for table in tables:
         t = _clock(table, tables, timing)
         elements = {own: other for other, own in table.aliases.items() if _is_named(other)}
         for name, column in table.columns.items():
             rows = np.flatnonzero(np.isfinite(column) & np.isfinite(t))
-            if name == timing.column or len(np.unique(column[rows])) < values:
+            is_time = name == timing.column or name in table.origins
+            if is_time or np.array_equal(column, t) or len(np.unique(column[rows])) < values:
                 continue
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
             meant = meaning_of(address, table.units.get(name))
-            if len(rows) >= ROWS and meant.role is not Role.TIME:
-                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role))
-    return found
+            held = _is_held(t[rows], column[rows])
+            if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
+                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
+    return _together(found)
+
+
+def _is_held(t: Array, values: Array) -> bool:
+    """Whether a value is written when it changes: it never repeats at once, but recurs, at uneven times."""
+    changes = np.diff(values) != 0.0
+    recurs = 2 * len(np.unique(values)) <= len(values)
+    return recurs and bool(np.mean(changes) > EVEN) and not _is_even(np.diff(t))
+
+
+def _is_even(steps: Array) -> bool:
+    """Whether most steps of a clock are nearly equal."""
+    return bool(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > EVEN)
+
+
+def _together(signals: Sequence[Signal]) -> list[Signal]:
+    """The signals, those that are held at uniform instants, as often as the first of them changes on average."""
+    held = [signal for signal in signals if signal.held]
+    if not held:
+        return list(signals)
+    end = max(signal.t[-1] for signal in held)
+    period = min((signal.t[-1] - signal.t[0]) / (len(signal.t) - 1) for signal in held)
+    return [_at_uniform(each, float(end), float(period)) if each.held else each for each in signals]
+
+
+def _at_uniform(signal: Signal, end: float, period: float) -> Signal:
+    first = np.ceil(signal.t[0] / period)
+    t = period * np.arange(first, np.floor(end / period) + 1.0)
+    return replace(signal, t=t, values=signal.values[np.searchsorted(signal.t, t, "right") - 1])
 
 
 def _is_named(name: str) -> bool:

@@ -62,9 +62,11 @@ class Channel:
             how = f"of another clock was read at the instants of {base.name}"
         if np.array_equal(own_t, instants):
             return own, ""
-        if self.signal.column.hold:
-            how = "holds from row to row: no row means that nothing changed"
-        return self._read(own_t, own, instants), how
+        if not self.signal.column.hold:
+            return self._read(own_t, own, instants), how
+        means = isinstance(self.item, Input) and self.item.hold
+        found_values = over_steps(own_t, own, instants) if means else self._read(own_t, own, instants)
+        return found_values, "holds from row to row: no row means that nothing changed"
 
     def _read(self, t: Array, values: Array, instants: Array) -> Array:
         """Values between samples; none beyond the ends, and none in a gap, save of an input that is held."""
@@ -119,6 +121,30 @@ class Channel:
                 "any measurement: correct the scale"
             )
         return values
+
+
+def over_steps(t: Array, values: Array, instants: Array) -> Array:
+    """Return means (instants,), from each instant to the next one, of values that hold from row to row.
+
+    A relay that switches between two instants acts in the mean. There is no mean where a value is missing.
+
+    Examples:
+        >>> over_steps(np.array([0.0, 1.5]), np.array([2.0, 4.0]), np.array([0.0, 1.0, 2.0])).tolist()
+        [2.0, 3.0, 4.0]
+    """
+    last = np.maximum(np.searchsorted(t, instants, "right") - 1, 0)
+    known = np.isfinite(values)
+
+    def until(each: Array) -> Array:
+        """The integral of steps from the first row to each instant."""
+        before = np.concatenate([[0.0], np.cumsum(each[:-1] * np.diff(t))])
+        return np.asarray(before[last] + each[last] * (instants - t[last]))
+
+    seconds = np.diff(instants)
+    means = np.diff(until(np.where(known, values, 0.0))) / seconds
+    lost = (np.diff(until((~known).astype(np.float64))) > 0.0) | (instants[:-1] < t[0])
+    end = values[last[-1:]] if len(instants) and instants[-1] >= t[0] else np.full(len(instants[-1:]), np.nan)
+    return np.concatenate([np.where(lost, np.nan, means), end])
 
 
 def _smooth(t: Array, values: Array) -> bool:

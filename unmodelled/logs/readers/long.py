@@ -20,7 +20,7 @@ _THINGS = (
     "entity sensor signal tag topic variable measurement metric field point item series quantity parameter "
     "key device channel name id label node kanal messstelle"
 )
-_TIMES, _UNIT = "time timestamp stamp date datetime ts t zeit", "unit units einheit"
+_TIMES, _UNIT = "time timestamp stamp date datetime ts zeit", "unit units einheit"
 #: Share of the switches between things, in random order, from which on their rows lie among each other.
 AMONG = 0.5
 
@@ -86,7 +86,7 @@ def clock_of(table: Table) -> Array | None:
 
 
 def _is_time(table: Table, name: str) -> bool:
-    return name in table.origins or _called(name, _TIMES)
+    return name in table.origins or name == "t" or _called(name, _TIMES)
 
 
 def _namers(table: Table) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,8 +23,8 @@ from unmodelled.logs.recognition import COMMENT
 FORMAT, UNITS_OF, UNIT, FACTOR = "FMT", "FMTU", "UNIT", "MULT"
 #: Letters of types that are written with their factor, and symbol of a column with the number of a sensor.
 _SCALED, _INSTANCE = "cCeEL", "#"
-#: Prefixes of units by factor.
-_PREFIXES = {"1": "", "0.01": "c", "0.001": "m", "1e-06": "u", "1e-09": "n", "1000": "k"}
+#: Prefixes of units by factor; 0 is written for none.
+_PREFIXES = {"1": "", "0": "", "0.01": "c", "0.001": "m", "1e-06": "u", "1e-09": "n", "1000": "k"}
 #: Lines by which a file is recognised.
 LINES = 4
 
@@ -152,17 +153,17 @@ def _tables(path: Path, name: str, message: _Message, definitions: _Definitions)
         columns, lines, numbers = cells[0], lines[1:], numbers[1:]
     columns = columns or [str(k) for k in range(1, len(cells[0]) + 1)]
     named = [each if each and each not in columns[:k] else f"{each}#{k + 1}" for k, each in enumerate(columns)]
-    frame = pd.read_csv(
-        io.StringIO("".join(line if line.endswith("\n") else f"{line}\n" for line in lines)),
-        header=None,
-        names=["", *named],
-        index_col=False,
-        skipinitialspace=True,
-        low_memory=False,
-        on_bad_lines="skip",  # a line that was cut off
-    ).iloc[:, 1:]
-    rows = np.asarray(numbers[: len(frame)]) if len(frame) == len(numbers) else None
-    empty = Table(name, {}, definitions.units.get(name, {}), rows=rows)
+    with warnings.catch_warnings(action="ignore", category=pd.errors.ParserWarning):  # commas in a last text
+        frame = pd.read_csv(
+            io.StringIO("".join(lines)),
+            header=None,
+            names=["", *named],
+            index_col=False,
+            skipinitialspace=True,
+            low_memory=False,
+            quoting=csv.QUOTE_NONE,
+        ).iloc[:, 1:]
+    empty = Table(name, {}, definitions.units.get(name, {}), rows=np.asarray(numbers[: len(frame)]))
     return [replace(table, clock=clock_of(table)) for table in filled(path, empty, frame, ".")]
 
 
