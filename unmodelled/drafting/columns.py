@@ -22,7 +22,7 @@ _SLOW = frozenset([Role.TEMPERATURE, Role.LEVEL, Role.PRESSURE, Role.CHARGE])
 _SLOW |= {Role.FLOW, Role.VOLTAGE, Role.POWER}
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
-#: Share of steps that are nearly equal in an even clock, and of rows that change a value that is written then.
+#: Share of nearly equal steps in an even clock, and of changes among the rows of what is written on change.
 EVEN = 0.9
 
 
@@ -116,10 +116,15 @@ def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) ->
 
 
 def _is_held(t: Array, values: Array) -> bool:
-    """Whether a value is written when it changes: it never repeats at once, but recurs, at uneven times."""
-    changes = np.diff(values) != 0.0
-    recurs = 2 * len(np.unique(values)) <= len(values)
-    return recurs and bool(np.mean(changes) > EVEN) and not _is_even(np.diff(t))
+    """Whether a value is written when it changes.
+
+    Such a value recurs, but not at once, and either by steps of one size or at uneven times.
+    """
+    changes = np.abs(np.diff(values))
+    if 2 * len(np.unique(values)) > len(values) or np.mean(changes > 0.0) <= EVEN:
+        return False
+    same = np.abs(changes - np.median(changes)) < 0.01 * np.median(changes)
+    return bool(np.mean(same) > EVEN) or not _is_even(np.diff(t))
 
 
 def _is_even(steps: Array) -> bool:
@@ -128,7 +133,7 @@ def _is_even(steps: Array) -> bool:
 
 
 def _together(signals: Sequence[Signal]) -> list[Signal]:
-    """The signals, those that are held at uniform instants, as often as the first of them changes on average."""
+    """The signals; those that are held at uniform instants, as often as the fastest changes on average."""
     held = [signal for signal in signals if signal.held]
     if not held:
         return list(signals)

@@ -133,7 +133,7 @@ def _experiments(
     _tell_words(record, channels, told)
     found = []
     for label, rows in _split(name, record, base, t, usable, files, told):
-        ordered, late, repeated = in_order(t, rows)
+        ordered, late, repeated = in_order(t, rows, first.signal.column.hold)
         check_coarse(str(record.path), repeated, len(rows))
         _tell(told, "rows out of order, sorted by time", late)
         _tell(told, "rows that repeat a time stamp, left out", repeated)

@@ -52,7 +52,7 @@ class Found:
         return self.table.words.get(self.name, {})
 
     def entries(self, values: Array, hold: bool) -> Mask:
-        """Return whether rows (rows,) count: those with a finite value, and if it holds, words that end it."""
+        """Return whether rows (rows,) count: those with a finite value, and words that end one that holds."""
         known = np.isfinite(values)
         known[list(self.words) if hold else []] = True
         return known
@@ -182,17 +182,18 @@ def parts_of(t: Array, rows: Indices) -> list[Indices]:
     return [*parts, rows[start:]]
 
 
-def in_order(t: Array, rows: Indices) -> tuple[Indices, int, int]:
+def in_order(t: Array, rows: Indices, hold: bool = False) -> tuple[Indices, int, int]:
     """Return rows (rows,) in the order of time, of equal stamps the last; and how many were late or equal.
 
     Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up
     arrive together, and a curve through all of them would be steep. The last of them is the least late.
+    Of values that hold, only equal stamps are: they have no period, and a short pulse counts.
     """
     late = int(np.count_nonzero(np.diff(t[rows]) < 0.0))
     ordered = rows[np.argsort(t[rows], kind="stable")] if late else rows
     steps = np.diff(t[ordered])
     new = steps > 0.0
-    apart = steps > TOGETHER * np.median(steps[new]) if new.any() else new
+    apart = steps > TOGETHER * np.median(steps[new]) if new.any() and not hold else new
     if np.count_nonzero(~apart) <= COARSE * len(rows):  # otherwise bursts are how the recorder writes
         new = apart
     last = np.concatenate([new, [True]])

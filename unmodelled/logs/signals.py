@@ -56,7 +56,7 @@ class Channel:
             usable = np.flatnonzero(np.isfinite(clock) & known)
             if not len(usable):
                 return np.full(len(instants), np.nan), ""
-            order, _, repeated = in_order(clock, usable)
+            order, _, repeated = in_order(clock, usable, self.signal.column.hold)
             check_coarse(str(record.path), repeated, len(usable))
             own_t, own = clock[order], values[order]
             how = f"of another clock was read at the instants of {base.name}"

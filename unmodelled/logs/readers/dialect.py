@@ -78,8 +78,8 @@ def _is_row(line: str) -> bool:
 
 def _decoded(end: bytes, start: bytes, encoding: str) -> str:
     """The last bytes of a file as text; those of UTF-16 have no mark of their own."""
-    mark = next((mark for mark, name in MARKS if name == encoding == "utf-16" and start.startswith(mark)), b"")
-    return (mark + end).decode(encoding, "replace")
+    marks = (mark for mark, name in MARKS if name == encoding == "utf-16" and start.startswith(mark))
+    return (next(marks, b"") + end).decode(encoding, "replace")
 
 
 def _lines(path: Path, encoding: str) -> Iterator[str]:

@@ -66,7 +66,8 @@ def _with_dates(table: Table) -> Table:
 def _shape(table: Table) -> _Shape | None:
     """The columns of a long table; None for any other table."""
     for column in _namers(table):
-        code, names = pd.factorize(np.where(np.array(table.texts[column], object) == "", None, table.texts[column]))
+        cells = np.array(table.texts[column], object)
+        code, names = pd.factorize(np.where(cells == "", None, cells))
         varying = [name for name in table.columns if _varies(table.columns[name], code)]
         times = [name for name in varying if _is_time(table, name)]
         values = [name for name in varying if name not in times and not _counts(table.columns[name])]
@@ -80,7 +81,7 @@ def _shape(table: Table) -> _Shape | None:
 
 
 def clock_of(table: Table) -> Array | None:
-    """Return the times (rows,) of a table, s, by a column of dates or one that is called a time; None: neither."""
+    """Return times (rows,), s, by a column of dates or one that is called a time; None: there is none."""
     name = next((name for name in table.columns if _is_time(table, name)), None)
     return None if name is None else _seconds(table, name)
 

@@ -98,7 +98,9 @@ class _Definitions:
             symbols = list(zip(columns[name], types, row[3], row[4].ljust(len(row[3]), "-"), strict=False))
             known = {c: _unit(labels.get(u, ""), kind, factors.get(m, "1")) for c, kind, u, m in symbols}
             units[name] = {column: unit for column, unit in known.items() if unit}
-            instances |= {name: column for column, _, symbol, _ in symbols if symbol == _INSTANCE}
+            numbers = [column for column, _, symbol, _ in symbols if symbol == _INSTANCE]
+            if numbers:
+                instances[name] = numbers[0]
         return cls(columns, units, instances)
 
 
@@ -152,7 +154,10 @@ def _tables(path: Path, name: str, message: _Message, definitions: _Definitions)
     if not columns and len(cells) > 1 and not any(map(is_value, cells[0])) and any(map(is_value, cells[1])):
         columns, lines, numbers = cells[0], lines[1:], numbers[1:]
     columns = columns or [str(k) for k in range(1, len(cells[0]) + 1)]
-    named = [each if each and each not in columns[:k] else f"{each}#{k + 1}" for k, each in enumerate(columns)]
+    fresh = [each and each not in columns[:k] for k, each in enumerate(columns)]
+    named = [
+        each if new else f"{each}#{k}" for k, (each, new) in enumerate(zip(columns, fresh, strict=True), 1)
+    ]
     with warnings.catch_warnings(action="ignore", category=pd.errors.ParserWarning):  # commas in a last text
         frame = pd.read_csv(
             io.StringIO("".join(lines)),

@@ -69,5 +69,6 @@ def numbers_in(cells: pd.Series, decimal: str) -> Array | None:
 
 def words_among(cells: pd.Series, values: Array) -> dict[int, str]:
     """Return words among numbers (rows,), such as "unavailable", by row; an empty cell is none."""
-    bad = np.flatnonzero(np.isnan(values) & (cells != "").to_numpy() & (cells.str.lower() != "nan").to_numpy())
+    word = (cells != "") & (cells.str.lower() != "nan")
+    bad = np.flatnonzero(np.isnan(values) & word.to_numpy())
     return {int(row): str(cells.iloc[row]) for row in bad}
