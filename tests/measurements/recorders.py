@@ -168,19 +168,17 @@ def ulog(path: Path) -> Path:
 
 
 def messages(path: Path) -> Path:
-    """A text log by the documentation of ArduPilot, which has no writer of its own: several sensors of a kind."""
+    """A text log by the documentation of ArduPilot, with two sensors of a kind."""
     lines = [
         "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
-        "FMT, 130, 40, ARM, QBff, TimeUS,I,Hip,Knee",
+        "FMT, 130, 40, ARM, QBff, TimeUS,I,Rest,Position",
         "FMT, 140, 40, MOT, Qfc, TimeUS,Volt,Temp",
-        "FMT, 150, 40, MSG, QZ, TimeUS,Message",
         "UNIT, 0, 115, s",
         "UNIT, 0, 118, V",
         "UNIT, 0, 35, instance",
         "MULT, 0, 70, 0.000001",
         "FMTU, 0, 130, s#--, F---",
         "FMTU, 0, 140, sv-, F--",
-        "MSG, 0, Copter V4.5, frame: \"quad",
     ]
     for t, angle, voltage in zip((T * 1e6).round().astype(int).tolist(), ANGLE, VOLTAGE, strict=True):
         lines += [f"ARM, {t}, 0, 0.0, {angle}", f"ARM, {t}, 1, 0.5, 0.5", f"MOT, {t}, {voltage}, 31.5"]
@@ -219,7 +217,7 @@ RECORDERS = {
     "mcap_json": Recorder(mcap_json, "a.mcap", "/drive.position[1]", "/drive.voltage"),
     "bag_1": Recorder(bag_1, "a.bag", "/joint_states.position[knee]", "/drive.data"),
     "bag_2": Recorder(bag_2, "a", "/arm.data", "/drive.data"),
-    "messages": Recorder(messages, "a.log", "ARM.Knee", "MOT.Volt"),
+    "messages": Recorder(messages, "a.log", "ARM.Position", "MOT.Volt"),
     "long": Recorder(long, "a.csv", "sensor.knee.state", "drive.state"),
     "ulog": Recorder(ulog, "a.ulg", "arm.position[1]", "arm.voltage"),
 }

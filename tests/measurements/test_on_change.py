@@ -1,4 +1,4 @@
-"""Values that are written when they change: no row means as before, in files per sensor and in one long table."""
+"""Values that are written when they change: no row means as before, in files and in long tables."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

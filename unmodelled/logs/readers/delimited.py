@@ -19,6 +19,7 @@ from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
 from unmodelled.logs.readers.text_cells import numbers_in, times_in, words_among
+from unmodelled.logs.recognition import BLACKBOX
 
 
 class Delimited(Reader):
@@ -29,7 +30,8 @@ class Delimited(Reader):
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        return bool(start) and (b"\x00" not in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"))
+        text = b"\x00" not in start or start[:2] in (b"\xff\xfe", b"\xfe\xff")
+        return bool(start) and text and not start.startswith(BLACKBOX)
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         check_file(path, OBJECTS / 4)

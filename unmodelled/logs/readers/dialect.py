@@ -17,6 +17,8 @@ from unmodelled.systems.units import parse_logged
 
 #: Bytes at the beginning of a file by which its dialect is found, and rows of it that count.
 SAMPLE, ROWS = 2**17, 400
+#: Rows at the end of a file by which its table is told from settings above it.
+ENDING = 50
 #: Separators of columns, those that stand in numbers and texts themselves last.
 SEPARATORS = ("\t", ";", "|", ",", " ")
 MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
@@ -56,8 +58,10 @@ def dialect_of(path: Path) -> Dialect:
     lines = lines if whole else lines[:-1]  # the last one is cut
     # settings may be longer than what is looked at: the table is what a file ends with
     last = lines if whole else _decoded(end, raw, encoding).splitlines()[1:-1]
-    separator, width, table = _table_in([line for line in last[-ROWS:] if _is_row(line)])
-    held = _held(table[len(table) // 2 :])  # settings that are as wide come first
+    separator, width = _table_in([line for line in last if _is_row(line)][-ENDING:])
+    rows = [split(line, separator) for line in (*lines[:ROWS], *last[-ROWS:]) if _is_row(line)]
+    table = [row for row in rows if len(row) == width]
+    held = _held(table[-ENDING:])
     above: list[tuple[int, str]] = []
     for k, line in enumerate(lines if whole else _lines(path, encoding)):
         row = split(line, separator) if _is_row(line) else []
@@ -116,12 +120,12 @@ def _encoding(raw: bytes) -> str:
     return "utf-8"
 
 
-def _table_in(lines: Sequence[str]) -> tuple[str, int, list[list[str]]]:
-    """The separator and the width of the rows, two or more cells, that hold most values; and these rows.
+def _table_in(lines: Sequence[str]) -> tuple[str, int]:
+    """The separator and the width of the rows, two or more cells, that hold most values.
 
     Lines of settings have another width, or fewer values.
     """
-    best, most, found = (",", 0), (0.0, 0), list[list[str]]()
+    best, most = (",", 0), (0.0, 0)
     for separator in SEPARATORS:
         try:
             rows = [split(line, separator) for line in lines]
@@ -131,9 +135,9 @@ def _table_in(lines: Sequence[str]) -> tuple[str, int, list[list[str]]]:
             alike = [row for row in rows if len(row) == width]
             values = sum(is_value(cell) for row in alike for cell in row)
             score = (round(len(alike) * values / (len(alike) * width or 1), 3), width)
-            if score > most and (width > 1 or not found):
-                best, most, found = (separator, width), score, alike
-    return *best, found
+            if score > most and (width > 1 or not best[1]):
+                best, most = (separator, width), score
+    return best
 
 
 def _held(rows: Sequence[Sequence[str]]) -> list[int]:

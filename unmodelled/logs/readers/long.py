@@ -66,8 +66,7 @@ def _with_dates(table: Table) -> Table:
 def _shape(table: Table) -> _Shape | None:
     """The columns of a long table; None for any other table."""
     for column in _namers(table):
-        cells = np.array(table.texts[column], object)
-        code, names = pd.factorize(np.where(cells == "", None, cells))
+        code, names = pd.factorize(np.array([cell or None for cell in table.texts[column]], object))
         varying = [name for name in table.columns if _varies(table.columns[name], code)]
         times = [name for name in varying if _is_time(table, name)]
         values = [name for name in varying if name not in times and not _counts(table.columns[name])]
@@ -115,7 +114,7 @@ def _counts(values: Array) -> bool:
 
 def _holds_numbers(table: Table, name: str) -> bool:
     """Whether a column of text holds different numbers among its words."""
-    return pd.to_numeric(pd.Series(table.texts[name], dtype=object), errors="coerce").nunique() > 1
+    return bool(pd.to_numeric(pd.Series(table.texts[name], dtype=object), errors="coerce").nunique() > 1)
 
 
 def _seconds(table: Table, name: str) -> Array:
