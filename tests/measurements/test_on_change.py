@@ -43,7 +43,7 @@ def rows_of(words: Mapping[int, str] | None = None) -> dict[str, Rows]:
 
 
 def date(seconds: float) -> str:
-    return (pd.Timestamp("2026-02-03T04:05:06Z") + pd.Timedelta(seconds=seconds)).isoformat()
+    return str((pd.Timestamp("2026-02-03T04:05:06Z") + pd.Timedelta(seconds=seconds)).isoformat())
 
 
 def long_rows(rows: Mapping[str, Rows], blocks: bool) -> list[tuple[str, str, float]]:
