@@ -38,12 +38,7 @@ class Channel:
     ) -> tuple[Array, str]:
         """Return values (instants,) in the unit of the system, and how they were read.
 
-        Args:
-            record: file that holds the column of the signal.
-            base: column whose clock counts.
-            t: time of every row of its table, s.
-            rows: rows of this table in the experiment, in the order of time.
-            instants: times at which the signal is read, s.
+        The experiment has some rows (rows,), in the order of time, of the table of `base`, with times t, s.
         """
         found, raw = record.numbers(self.signal.column)
         values = self._converted(record, found, raw)

@@ -43,13 +43,9 @@ class Delimited(Reader):
 
 
 def filled(path: Path, empty: Table, frame: pd.DataFrame, decimal: str) -> list[Table]:
-    """Return a table with the columns of a frame (rows, columns) of numbers and texts, see `by_cells`.
+    """Return the tables, see `by_cells`, of a frame (rows, columns) of numbers and texts.
 
-    Args:
-        path: path of the file, for messages.
-        empty: name, units, aliases and rows of the table.
-        frame: numbers, and cells as text.
-        decimal: decimal mark.
+    The name, the units and the rows are those of `empty`.
     """
     columns: dict[str, Array] = {}
     texts: dict[str, Sequence[str]] = {}
