@@ -33,6 +33,7 @@ class Column:
 
     name: str
     node: Node  # place in the mapping, for messages
+    hold: bool = False  # it is written when it changes: a value holds until the next row
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ def _patterns(node: Node, example: str) -> tuple[str, ...]:
 def _signal(node: Node) -> Signal:
     if isinstance(node.content, str):
         return Signal(Column(node.content, node))
-    keys = node.fields(("column",), ("unit", "sign", "scale", "offset"))
+    keys = node.fields(("column",), ("unit", "sign", "scale", "offset", "hold"))
     unit = keys["unit"].text() if "unit" in keys else None
     if unit is not None:
         try:
@@ -178,7 +179,13 @@ def _signal(node: Node) -> Signal:
     if scale == 0.0:
         raise keys["scale"].wrong("must not be 0: the signal would be lost")
     offset = _number(keys["offset"]) if "offset" in keys else 0.0
-    return Signal(Column(keys["column"].text(), keys["column"]), unit, sign * scale, offset)
+    return Signal(_column(keys), unit, sign * scale, offset)
+
+
+def _column(keys: Mapping[str, Node]) -> Column:
+    """A column by its entries `column` and `hold`."""
+    hold = "hold" in keys and keys["hold"].boolean()
+    return Column(keys["column"].text(), keys["column"], hold)
 
 
 def _number(node: Node) -> float:
@@ -228,11 +235,13 @@ def _quantity(node: Node, example: str, kind: str) -> float:
 def _constant(node: Node) -> Column | ByFile | str:
     if not isinstance(node.content, dict):
         return node.text()
-    keys = node.fields((), ("column", "files"))
+    keys = node.fields((), ("column", "files", "hold"))
     if ("column" in keys) == ("files" in keys):
         raise node.wrong("must have either 'column' or 'files'")
     if "column" in keys:
-        return Column(keys["column"].text(), keys["column"])
+        return _column(keys)
+    if "hold" in keys:
+        raise keys["hold"].wrong("belongs to 'column': remove it")
     values = {pattern: value.text() for pattern, value in keys["files"].entries().items()}
     if not values:
         raise keys["files"].wrong("is empty: write a value for every pattern, such as {'*load*': 1, '*': 0}")
