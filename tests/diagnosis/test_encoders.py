@@ -76,7 +76,7 @@ def _compensates(answer: Path, logs: Path) -> None:
     assert any(name in line for line in sentences(content))
     assert name in read_json(answer / ".made_by")["files"]
     page = (answer / "index.html").read_text()
-    assert f'href="./{name}"' in page and told in page.replace("\xa0", " ")
+    assert f'href="./{name}"' in page and f"C{told[1:]}" in page.replace("\xa0", " ")
     check_content(answer, content, "diagnosis")
 
 

@@ -14,7 +14,8 @@ from unmodelled.effects.columns import Column, Member
 from unmodelled.effects.extrapolation import continued, extent, slopes
 from unmodelled.effects.law import Amplitude, Law, Shape
 from unmodelled.effects.motion import acceleration, effort_signals
-from unmodelled.effects.place import Place, Site, rate_output
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation
 from unmodelled.systems import grammar

@@ -5,7 +5,8 @@ from typing import ClassVar
 
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.law import Amplitude, Law, Shape, Told, Wave
-from unmodelled.effects.place import Place, Site, rate_output
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site
 from unmodelled.systems.model import System
 
 #: rad, a plausible error and the largest one: a magnet or disc that is off its axis by a few per cent of its
