@@ -245,9 +245,10 @@ class Answer:
         """Write the answer, the augmented system and the tables; then figures and a page.
 
         The folder gets diagnosis.json, augmented_system.yaml (a system file; none where the logs are to be
-        checked, or where it is not offered, see `refused`), tables, figures and index.html, a page with
-        all of it. Into a new folder the answer is written first; an older one is replaced in the end. A
-        picture that cannot be drawn is a note.
+        checked, or where it is not offered, see `refused`), compensation_<output>.csv (of a sensor whose
+        error a table compensates), tables, figures and index.html, a page with all of it. Into a new folder
+        the answer is written first; an older one is replaced in the end. A picture that cannot be drawn is a
+        note.
 
         Args:
             folder: folder that is new, empty or holds an older diagnosis; replaced as a whole.

@@ -20,7 +20,8 @@ from unmodelled.effects.effect import Effect, LawEffect
 from unmodelled.effects.extrapolation import continued
 from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
-from unmodelled.effects.place import Place, Site, rate_output, site
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site, site
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.
