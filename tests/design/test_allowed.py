@@ -84,7 +84,7 @@ def test_motion_that_no_sample_shows_counts(name: str, tmp_path: Path) -> None:
     force, changes, message = HIDDEN[name]
     system = system_of(text_of("cart.yaml", *changes.items()), tmp_path)
     (tmp_path / "limits.yaml").write_text(CART)
-    t = 0.01 * np.arange(401)
+    t = np.linspace(0.0, 4.0, 401).astype(np.float64)
     u = force(t)
     pd.DataFrame({"t": t[:: 400 // (len(u) - 1)], "force": u}).to_csv(tmp_path / "mine.csv", index=False)
     with pytest.raises(BadInput, match=message):
