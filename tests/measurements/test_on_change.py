@@ -122,6 +122,37 @@ def test_a_file_per_sensor_has_the_clock_of_the_others(tmp_path: Path) -> None:
     assert len(later.t) * later.period == pytest.approx(CLOCK[-1] - begins, abs=2.0 * later.period)
 
 
+@pytest.mark.parametrize("hold", [None, False])
+def test_rows_show_what_is_written_on_change(tmp_path: Path, hold: bool | None) -> None:
+    """A level with rests, in a mapping without `hold`: uneven times, a digit from row to row."""
+    level = 4.0 + np.sin(CLOCK / 12000.0) ** 3 + 0.2 * np.sin(CLOCK / 5000.0)
+    rows = {**rows_of(), "tank.level": on_change(level, STEP)}
+    write_csv(tmp_path, ("entity_id", "state", "last_changed"), long_rows(rows, False))
+    told = {} if hold is None else {"hold": hold}
+    signals = {"h": {"column": "tank.level", **told}, "Q": {"column": "pump.flow"}}
+    folder = mapped(tmp_path, signals=signals)
+    if hold is False:
+        assert refusals(lambda: read_logs(folder, tank(tmp_path)))
+        return
+    logs = read_logs(folder, tank(tmp_path))
+    assert "h, Q are written on change; if not, write 'hold: false'" in logs.notes
+    np.testing.assert_allclose(logs.y[:, 0], np.interp(logs.t, CLOCK, level), atol=1.01 * STEP)
+    assert len(logs.ids) == 1
+
+
+def test_a_coarse_sensor_of_a_clock_that_jitters_is_sampled(tmp_path: Path) -> None:
+    """A fast coarse encoder whose rows nearly all change, by more than one digit."""
+    t = np.cumsum(np.random.default_rng(3).uniform(2.0, 18.0, 2000))
+    level = np.round(np.abs(t / 40.0 % 2.0 - 1.0) / STEP) * STEP
+    assert np.mean(np.diff(level) != 0.0) > 0.9
+    pd.DataFrame({"t": t, "level": level, "flow": np.cos(t / 60.0)}).to_csv(
+        tmp_path / "history.csv", index=False
+    )
+    folder = mapped(tmp_path, time="t", signals={"h": "level", "Q": "flow"})
+    logs = read_logs(folder, tank(tmp_path))
+    assert not any("on change" in note for note in logs.notes)
+
+
 def test_words_end_what_held_before(tmp_path: Path) -> None:
     """In a typed format, as texts and as nulls: an empty cell is as before, a word is not."""
     rows = long_rows(rows_of({40: "unavailable", 41: "unavailable", 42: "unknown"}), False)

@@ -10,6 +10,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.drafting.names import Role, meaning_of
+from unmodelled.logs.on_change import is_even, is_on_change
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
@@ -24,8 +25,6 @@ _SLOW = frozenset([Role.TEMPERATURE, Role.LEVEL, Role.PRESSURE, Role.CHARGE])
 _SLOW |= {Role.FLOW, Role.VOLTAGE, Role.POWER}
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
-#: Share of nearly equal steps in an even clock, and of changes among the rows of what is written on change.
-EVEN = 0.9
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ def _likeness(table: Table, name: str) -> float:
     if role not in (None, Role.TIME, Role.PART):
         return 0.0
     named = 4.0 * (role is Role.TIME)
-    even = float(_is_even(steps))
+    even = float(is_even(steps))
     first = float(next(iter(table.columns)) == name)
     return named + even + first if named or even else 0.0
 
@@ -115,27 +114,10 @@ def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) ->
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
             meant = meaning_of(address, table.units.get(name))
-            held = _is_held(t[rows], column[rows])
+            held = is_on_change(t[rows], column[rows])
             if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
                 found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
     return _together(found)
-
-
-def _is_held(t: Array, values: Array) -> bool:
-    """Whether a value is written when it changes.
-
-    Such a value recurs, but not at once, and either by steps of one size or at uneven times.
-    """
-    changes = np.abs(np.diff(values))
-    if 2 * len(np.unique(values)) > len(values) or np.mean(changes > 0.0) <= EVEN:
-        return False
-    same = np.abs(changes - np.median(changes)) < 0.01 * np.median(changes)
-    return bool(np.mean(same) > EVEN) or not _is_even(np.diff(t))
-
-
-def _is_even(steps: Array) -> bool:
-    """Whether most steps of a clock are nearly equal."""
-    return bool(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > EVEN)
 
 
 def _together(signals: Sequence[Signal]) -> list[Signal]:

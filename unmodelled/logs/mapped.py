@@ -33,7 +33,7 @@ from unmodelled.logs.record import (
     in_order,
     parts_of,
 )
-from unmodelled.logs.signals import Channel, channels_of, leading
+from unmodelled.logs.signals import Channel, as_written, channels_of, leading
 from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
 
@@ -119,6 +119,10 @@ def _experiments(
     name: str, record: Record, channels: Sequence[Channel], told: Counter[str], files: int
 ) -> list[_Experiment]:
     """The experiments in one file: its parts with equal values of a column, cut to length."""
+    channels, on_change = as_written(record, channels)
+    if on_change:
+        how = "is" if len(on_change) == 1 else "are"
+        told.setdefault(f"{', '.join(on_change)} {how} written on change; if not, write 'hold: false'", 0)
     first = leading(channels)
     base, values = record.numbers(first.signal.column)
     t = record.clock(base.table)

@@ -34,6 +34,7 @@ class Column:
     name: str
     node: Node  # place in the mapping, for messages
     hold: bool = False  # it is written when it changes: a value holds until the next row
+    given: bool = False  # whether the mapping says if it holds
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ def _signal(node: Node) -> Signal:
 def _column(keys: Mapping[str, Node]) -> Column:
     """A column by its entries `column` and `hold`."""
     hold = "hold" in keys and keys["hold"].boolean()
-    return Column(keys["column"].text(), keys["column"], hold)
+    return Column(keys["column"].text(), keys["column"], hold, "hold" in keys)
 
 
 def _number(node: Node) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from unmodelled.base.errors import Faults, closest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import LONGEST_GAP, read_at
 from unmodelled.logs.mapping import LogMapping, Signal
+from unmodelled.logs.on_change import is_even, is_on_change, steps_alike
 from unmodelled.logs.record import Found, Record, check_coarse, in_order
 from unmodelled.systems.model import Input, Output, System
 from unmodelled.systems.units import LoggedUnit, parse_logged
@@ -176,6 +177,36 @@ def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
         found.setdefault(item.column, Channel(item, kind, signal))
     faults.check()
     return list(found.values())
+
+
+def as_written(record: Record, channels: Sequence[Channel]) -> tuple[list[Channel], list[str]]:
+    """Return the channels of a record, and the names of those that its rows show to be written on change.
+
+    A mapping decides by `hold`. Where it does not, the first output tells: rows at uneven times, each a digit
+    of the sensor from the row before, have no period. Then all signals hold that are written in this way.
+    """
+    first = leading(channels)
+    t, values = _rows(record, first)
+    uneven = is_on_change(t, values) and steps_alike(values) and not is_even(np.diff(t))
+    if first.signal.column.given or not uneven:
+        return list(channels), []
+    held = [c for c in channels if not c.signal.column.given and is_on_change(*_rows(record, c))]
+    return [_held(c) if c in held else c for c in channels], [c.item.name for c in held]
+
+
+def _held(channel: Channel) -> Channel:
+    """The channel, whose value holds until the next row."""
+    column = replace(channel.signal.column, hold=True)
+    return replace(channel, kind="hold", signal=replace(channel.signal, column=column))
+
+
+def _rows(record: Record, channel: Channel) -> tuple[Array, Array]:
+    """Times, s, and values (samples,) of the rows of a channel, in the order of time."""
+    found, values = record.numbers(channel.signal.column)
+    t = record.clock(found.table)
+    usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
+    order = in_order(t, usable, hold=True)[0] if len(usable) else usable
+    return t[order], values[order]
 
 
 def leading(channels: Sequence[Channel]) -> Channel:
