@@ -152,6 +152,15 @@ def test_an_answer_of_a_stranger_is_saved_without_what_its_links_show(
     assert {path.name for path in (tmp_path / "mine").iterdir()} == {*FILES, MARKER}
 
 
+def test_an_answer_that_is_a_link_is_not_saved_without_itself(answer: um.Answer, tmp_path: Path) -> None:
+    answer.save(tmp_path / "theirs", pages=False)
+    (tmp_path / "theirs" / "diagnosis.json").rename(tmp_path / "elsewhere.json")
+    (tmp_path / "theirs" / "diagnosis.json").symlink_to(tmp_path / "elsewhere.json")
+    with pytest.raises(um.BadInput, match=r"diagnosis.json: is a link"):
+        um.read_answer(tmp_path / "theirs").save(tmp_path / "mine", pages=False)
+    assert not (tmp_path / "mine").exists()
+
+
 def test_a_folder_without_an_answer_is_refused(tmp_path: Path) -> None:
     with pytest.raises(um.BadInput, match=r"diagnosis.json: no such file"):
         um.read_answer(tmp_path)

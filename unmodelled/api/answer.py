@@ -264,6 +264,8 @@ class Answer:
         sources = {"answer": str(self.folder), **self._sources}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
             copy_results(self.folder, new, () if pages else (LIVE,))
+            if not (new / SUMMARY).exists():
+                raise BadInput(f"{self.folder / SUMMARY}: is a link: put the file there to which it points")
             if not (out / SUMMARY).exists():  # an older answer stays whole until this one is
                 with replacing_folder(out) as bare:
                     shutil.copytree(new, bare, dirs_exist_ok=True)
