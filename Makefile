@@ -13,7 +13,7 @@ comma := ,
 given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
 REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
 
-.PHONY: help report measured real test test-all check wheel bench withheld fuzz survive docs clean
+.PHONY: help report measured real test test-all check wheel bench withheld compare fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -92,6 +92,10 @@ withheld: $(VENV)/tools  ## the benchmark (docs/withheld): CASES=100 TRACK=plant
 	@$(BIN)/python -m benchmarks.withheld -m cases=$(TRACK):$(CASES) "case=range(0,$(CASES))" entrant=$(ENTRANT) \
 		out=$(WITHHELD) hydra/launcher=joblib
 	@$(BIN)/python -m benchmarks.withheld.table $(firstword $(subst :, ,$(ENTRANT))) out=$(WITHHELD)
+
+JUDGE := judge:benchmarks/withheld/entrants/judge.py
+compare: $(VENV)/tools  ## diagnosis and judge on the same cases, side by side: ARGS="cases=planted:7045:100 cases=real:FOLDER"
+	@$(BIN)/python -m benchmarks.withheld.ruler unmodelled $(JUDGE) out=$(WITHHELD) $(ARGS)
 
 fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
 	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)

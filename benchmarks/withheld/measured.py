@@ -7,7 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatch
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -68,20 +68,36 @@ def _acquired(name: str, variable: str, data: Path, out: Path) -> None:
 
 
 def _archived(path: Path, folder: Path) -> Iterator[Case]:
-    """System files at the top of an archive; `small_x.yaml` has the logs `logs_small` where these exist."""
+    """System files beside a known.md at the top of an archive, or in folders there.
+
+    `small_x.yaml` has the logs `logs_small` where these exist.
+    """
     archive, top = Archive(str(path), ""), PurePosixPath(path.stem)
-    about = str(top / "known.md")
-    if about not in archive.members:
-        return
-    text = archive.read(about).decode(errors="replace")
     members = [PurePosixPath(name) for name in archive.members]
+    if top / "known.md" in members:
+        yield from _at_top(archive, members, folder / path.stem)
+    for about in sorted(p for p in members if p.name == "known.md" and p.parent.parent == top):
+        own, text = folder / path.stem, archive.read(str(about)).decode(errors="replace")
+        at, make = own / about.parent.name, partial(once, own, partial(_unpack, archive, own))
+        name = f"{path.stem}_{about.parent.name}"
+        yield Case(name, "archive", at / "system.yaml", at / LOGS, make, None, _points(text))
+
+
+def _points(text: str) -> str:
+    """The right answers of a case, from the points that begin with **Right."""
+    points = [" ".join(point.split()) for point in text.split("\n- ")]
+    return ". ".join(p.partition(":")[2].strip() for p in points if p.startswith("**Right"))
+
+
+def _at_top(archive: Archive, members: Sequence[PurePosixPath], folder: Path) -> Iterator[Case]:
+    top = PurePosixPath(folder.name)
+    text = archive.read(str(top / "known.md")).decode(errors="replace")
     for system in sorted(p for p in members if p.parent == top and p.suffix == ".yaml"):
         logs = f"logs_{system.stem.split('_')[0]}"
         logs = logs if any((top / logs) in p.parents for p in members) else LOGS
-        own = folder / path.stem
-        make = partial(once, own, partial(_unpack, archive, own))
-        name, right = f"{path.stem}_{system.stem}", _right(text, system.name)
-        yield Case(name, "archive", own / system.name, own / logs, make, None, right)
+        make = partial(once, folder, partial(_unpack, archive, folder))
+        name, right = f"{folder.name}_{system.stem}", _right(text, system.name)
+        yield Case(name, "archive", folder / system.name, folder / logs, make, None, right)
 
 
 def _unpack(archive: Archive, folder: Path) -> None:

@@ -162,7 +162,7 @@ def test_no_machine_that_the_answer_allows_leaves_its_travel(
     y = kind.shown(motion(lambda x, f: kind.rates(x, f, numbers), start, u[:, 0], limits.period, 20)[:, 0])
     assert own.low <= y.min() and y.max() <= own.high, (y.min(), y.max())
     system = criterion.rivals[0].fitted.hypothesis.study.system
-    write_experiment(u, system, limits, tmp_path / "experiment.csv", criterion.watched)
+    write_experiment(u, system, limits, tmp_path / "experiment.csv", criterion.runs)
 
 
 def test_a_torque_just_above_breakaway_is_judged_by_the_ends_of_the_interval(tmp_path: Path) -> None:
@@ -176,7 +176,17 @@ def test_a_torque_just_above_breakaway_is_judged_by_the_ends_of_the_interval(tmp
     (named,), limits = criterion.rivals, criterion.limits
     u = np.full((limits.samples, 1), 0.153)
     u[[0, -1]] = 0.0
-    assert limits.excess(named.runs(u[None], limits, named.sets[0][:1])[1][:, 0]) == 0.0
+    fitted = named.runs(u[None], limits, named.sets[0][:1])
+    assert limits.excess(fitted.watched[:, 0], fitted.step) == 0.0
     found, row = criterion.promise(u), list(named.values).index("F_c")
     assert criterion(u[None]).excess > 0.0 and found.excess.max() > 0.0 and criterion.worth(u) < -1.0
     assert found.after[:, row].max() > 10.0 * found.after[:, row].min()
+
+
+def test_an_end_that_the_answer_leaves_open_is_as_far_as_the_bounds(tmp_path: Path) -> None:
+    criterion, known = planted(KINDS["pendulum"], tmp_path, np.random.default_rng(0))
+    (named,) = criterion.rivals
+    for ends in ((np.nan, 0.09), (0.001, np.nan)):
+        one = replace(named, known={**known, "b": Known(0.03, *ends)})
+        low, high = one.intervals[[*one.values].index("b")]
+        assert (low, high) == tuple(np.where(np.isfinite(ends), ends, (0.0, 0.1)))

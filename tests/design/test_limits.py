@@ -16,6 +16,7 @@ from unmodelled.cli.verbs.plan import plan as plan_verb
 from unmodelled.design.limits import Limits, far_from_logs, read_limits
 from unmodelled.design.plan_content import _effect, _size, effects_table
 from unmodelled.design.planned import read_inputs
+from unmodelled.design.runs import Simulated
 from unmodelled.design.signals import FAMILIES
 from unmodelled.design.visible import Visible
 from unmodelled.design.written import write_experiment
@@ -62,7 +63,7 @@ def tank(tmp_path_factory: pytest.TempPathFactory) -> System:
     return system_of(text_of("loaded_tank.yaml"), tmp_path_factory.mktemp("tank"))
 
 
-def unmoved(_: Array) -> tuple[Array, ...]:
+def unmoved(_: Array) -> tuple[Simulated, ...]:
     """Models that travel limits do not concern."""
     return ()
 

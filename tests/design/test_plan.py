@@ -142,7 +142,7 @@ def test_the_page_shows_what_is_printed(tmp_path: Path) -> None:
     said = repr(plan(read_system(ROOT / "systems" / "pendulum.yaml"), tmp_path / "limits.yaml"))
     rows = said.replace("\u202f", " ").replace("\xa0", " ").splitlines()
     assert set(shown.splitlines()) <= set(rows)
-    assert f"of {len(rows) - 4} rows" in page
+    assert f"of {len(rows) - 5} rows" in page
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from tests.machines.folders import Array, changed, system_of, text_of
 from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.design import written
+from unmodelled.design.allowed import Watched
 from unmodelled.design.content import conditions
 from unmodelled.design.limits import Limits, read_limits
-from unmodelled.design.planned import watched_by
 from unmodelled.design.runs import start_of
 from unmodelled.design.written import ends_notes, frame, rest_notes, write_experiment
 from unmodelled.systems.model import System
@@ -106,12 +106,12 @@ def test_a_file_with_another_experiment_is_not_kept(
 ) -> None:
     system, limits = room
     u, file = usual(limits), tmp_path / "experiment.csv"
-    write_experiment(u, system, limits, file, watched_by(system, limits))
+    write_experiment(u, system, limits, file, Watched(system, limits))
     assert len(pd.read_csv(file)) == limits.samples
     file.unlink()
     monkeypatch.setattr(written, "frame", lambda *given: MUTATIONS[name](frame(*given)))
     with pytest.raises(BadInput) as error:
-        write_experiment(u, system, limits, file, watched_by(system, limits))
+        write_experiment(u, system, limits, file, Watched(system, limits))
     assert "\n" not in str(error.value) and not file.exists()
 
 
@@ -133,7 +133,7 @@ def test_a_file_that_moves_a_machine_too_far_is_not_kept(
     (tmp_path / "limits.yaml").write_text(changed(ROOM, (old, new)))
     limits = read_limits(tmp_path / "limits.yaml", system)
     with pytest.raises(BadInput, match=message):
-        write_experiment(u, system, limits, tmp_path / "experiment.csv", watched_by(system, limits))
+        write_experiment(u, system, limits, tmp_path / "experiment.csv", Watched(system, limits))
     assert not (tmp_path / "experiment.csv").exists()
 
 
@@ -144,8 +144,8 @@ def test_an_experiment_that_does_not_end_at_rest_is_not_kept(
     u, file = usual(limits), tmp_path / "experiment.csv"
     u[-10:, 0] = u[-11, 0]
     with pytest.raises(BadInput, match="column P ends at 1 kW, not at rest"):
-        write_experiment(u, system, limits, file, watched_by(system, limits))
-    write_experiment(u, system, limits, file, watched_by(system, limits), at_rest=False)
+        write_experiment(u, system, limits, file, Watched(system, limits))
+    write_experiment(u, system, limits, file, Watched(system, limits), at_rest=False)
     (note,) = ends_notes([("mine", pd.read_csv(file))], system, limits)
     assert note.startswith("mine: P begins at 0 kW and ends at 1 kW, not at 0 kW")
     (note,) = rest_notes(system, limits)

@@ -73,7 +73,7 @@ def content(one: DiagnosedEffect) -> dict[str, Any]:
 
 
 PORT, BELT, WALL = Place("port", "gear"), Place("port", "belt"), Place("port", "wall")
-VALVE, CURRENT = Place("actuator", "valve"), Place("actuator", "i")
+VALVE, CURRENT, ANGLE = Place("actuator", "valve"), Place("actuator", "i"), Place("sensor", "angle")
 PLAY, PART = ("backlash", "friction"), ("flexible_transmission", "part")
 LOSS = ("linear_loss", "to_surroundings")
 CASES = [
@@ -104,6 +104,16 @@ CASES = [
     (BOILER_F, (LOSS[0], "to_known"), WALL, {"k": 2.2}, "loss of 2.2 W/K to hall at wall"),
     (BOILER, ("actuator_dead_zone", ""), VALVE, {"u_d": 0.035}, "dead zone of ±3.5 % at input valve"),
     (TABLE, ("actuator_saturation", ""), CURRENT, {"u_max": 0.8}, "saturation at ±800 mA at input i"),
+    (
+        *(TABLE, ("cyclic_error", ""), ANGLE, {"A_s": 0.03, "A_c": -0.04, "n_y": 3.0}),
+        "cyclic error of 2.86 deg 3 times per turn, largest at 48 deg, at sensor angle",
+    ),
+    (
+        *(TABLE.replace("angle: {unit: deg", "angle: {unit: rad"), ("cyclic_error", "with_overtone"), ANGLE),
+        {"A_s": 0.0225, "A_c": 0.0268, "B_s": 0.008, "B_c": -1e-9},
+        "cyclic error of 35 mrad once per turn, largest at 40 deg; 8 mrad twice per turn, largest at 45 deg, "
+        "at sensor angle",
+    ),
 ]
 
 
@@ -112,7 +122,8 @@ def test_an_effect_is_told_in_the_words_of_the_trade(
     tmp_path: Path, text: str, effect: tuple[str, str], place: Place, numbers: dict[str, float], words: str
 ) -> None:
     told = content(found(system_of(text, tmp_path), *effect, place, numbers))
-    where = f"at {'input ' * (place.kind == 'actuator')}{place.name}"
+    kind = {"actuator": "input ", "sensor": "sensor "}.get(place.kind, "")
+    where = f"at {kind}{place.name}"
     assert told["text"].replace("\xa0", " ") == words.removesuffix(where).rstrip(" ,")
     for name, value in numbers.items():  # what is stored stays in SI units
         assert told["parameters"][name]["value"] == value

@@ -512,3 +512,17 @@ def test_a_logged_joint_that_follows_another_one_is_an_output(tmp_path: Path) ->
     assert [item.name for item in system.inputs] == ["tau_hip"]
     assert [item.name for item in system.outputs] == ["q_hip", "qd_hip", "q_knee", "qd_knee"]
     assert system.port_names == ("hip",)
+
+
+@pytest.mark.parametrize("rate", [100, 250])
+def test_a_slow_topic_hides_no_speed(tmp_path: Path, rate: int) -> None:
+    """A position of 6 or 15 samples, and of 60, beside a speed of 1500: the speed is drafted."""
+    run = tmp_path / "run"
+    run.mkdir()
+    log, every = LOGS[0], slice(None, None, rate)
+    put(run, [{"t": log["t"][every], "pitch": log["angle"][every]}], "attitude.csv")
+    put(run, [{"t": log["t"], "gyro_rad_s": log["speed"]}], "gyro.csv")
+    put(run, [{"t": log["t"], "torque": log["torque"]}], "drive.csv")
+    mapping, system = drafted(run)
+    assert columns_of(mapping) == {"w": "gyro.gyro_rad_s", "u": "drive.torque"}
+    assert len(read_logs(run, system).t) > 1000

@@ -136,6 +136,30 @@ def frozen(frames: Frames, column: str, samples: int, start: int = 400) -> Frame
     return _each(frames, column, spoil)
 
 
+def registered(frames: Frames, column: str, count: float, bits: int, sign_bit: bool = False) -> Frames:
+    """Let a channel be read as unsigned: two's complement, or a register with a bit for the sign."""
+
+    def spoil(values: Array, run: int) -> Array:
+        counts = np.round(values / count)
+        bit = 2.0 ** (bits - 1) if sign_bit else 2.0**bits
+        return np.asarray(
+            count * np.where(counts < 0.0, bit + (np.abs(counts) if sign_bit else counts), counts)
+        )
+
+    return _each(frames, column, spoil)
+
+
+def ended(frames: Frames, column: str, share: float, noise: float, digits: int = 9) -> Frames:
+    """Let a noisy sensor end where a share of all samples lies beyond, in its text of so many digits."""
+    rng = np.random.default_rng(3)
+    noisy = {name: frame[column] + noise * rng.standard_normal(len(frame)) for name, frame in frames.items()}
+    end = round(float(np.quantile(np.abs(np.concatenate([*noisy.values()])), 1.0 - share)), digits)
+    return {
+        name: frame.assign(**{column: np.clip(np.round(noisy[name], digits), -end, end)})
+        for name, frame in frames.items()
+    }
+
+
 def _screw(
     force: Callable[[Array, np.random.Generator], Array],
     rates: Callable[[Array, Array], Array] = SCREW.rates,
@@ -154,6 +178,12 @@ def _slow(t: Array, rng: np.random.Generator) -> Array:
 def _quick(t: Array, rng: np.random.Generator) -> Array:
     beat = 1.0 + 0.8 * np.sin(2.0 * np.pi * 0.1 * t)
     return np.asarray(40.0 * beat * np.sin(2.0 * np.pi * rng.uniform(1.0, 1.4) * t))
+
+
+def _levels(t: Array, rng: np.random.Generator) -> Array:
+    """Return a smooth command that rests at a level of its own now and then, as of a plant at night."""
+    night = np.remainder(t + 3.0 * rng.random(), 2.0) < 0.5
+    return np.where(night, rng.uniform(5.0, 20.0), 20.0 * np.sin(2.0 * np.pi * rng.uniform(0.4, 0.8) * t))
 
 
 def _stop(x: Array, u: Array) -> Array:
@@ -178,6 +208,10 @@ TWINS: dict[str, Callable[[], Frames]] = {
     "saturated command": lambda: _screw(lambda t, rng: np.clip(2.0 * _slow(t, rng), -40.0, 40.0)),
     "square wave": lambda: _screw(lambda t, rng: 40.0 * np.sign(_slow(t, rng))),
     "steps": lambda: _screw(lambda t, rng: rng.uniform(-40.0, 40.0, 60)[(t / 0.12).astype(np.int64)]),
+    "levels of a smooth command": lambda: _screw(_levels),
+    "counts without a sign": lambda: {
+        name: f.assign(force=np.round(600.0 + 10.0 * f["force"])) for name, f in _screw(_slow).items()
+    },
     "modulated width": lambda: _screw(
         lambda t, rng: 40.0 * (rng.random(len(t)) < 0.5 + 0.01 * _slow(t, rng))
     ),

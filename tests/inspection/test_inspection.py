@@ -19,13 +19,17 @@ from tests.inspection.machines import (
     Machine,
     dropped,
     emptied,
+    ended,
     frozen,
+    registered,
     spiked,
     wrapped,
 )
-from tests.machines.folders import Array, system_of
+from tests.machines.folders import Array, changed, system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
@@ -33,7 +37,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 #: Words of a note on a fault.
-FOUND = re.compile("spikes|falls to 0|overflows|freezes")
+FOUND = re.compile("spikes|falls to 0|overflows|freezes|would change its sign|stands at its")
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +60,27 @@ CASES = {
     "dropouts of a command": ("heater", (dropped, "power", 0.01), "power falls to 0 in", 50.0),
     "counter of 16 bits": ("screw", (wrapped, "s", 2e-6, 16), "s jumps by 65536 counts", 1e-9),
     "counter that empties": ("screw", (emptied, "s", 2e-6, 16), "s jumps by 32767 counts", 1e-9),
+    "current of 16 bits, read as unsigned": (
+        *("screw", (registered, "force", 0.00269, 16)),
+        *(r"force jumps by 65536 counts \(176.3 N\) .* a signed number of 16 bits", 0.0027),
+    ),
+    "byte, read as unsigned": (
+        "swing",
+        (registered, "torque", 0.01, 8),
+        ".* a signed number of 8 bits",
+        0.01,
+    ),
+    "32 bits, read as unsigned": (
+        "heater",
+        (registered, "T", 0.05, 32),
+        ".* a signed number of 32 bits",
+        1e-5,
+    ),
+    "sign bit of an input": (
+        *("heater", (registered, "power", 0.3, 12, True)),
+        *("power jumps by 2048 counts .* a register whose bit 11 is the sign", 0.3),
+    ),
+    "sign bit of an output": ("swing", (registered, "tacho", 0.01, 11, True), ".* bit 10 is the sign", 0.01),
     "frozen encoder": ("screw", (frozen, "s", 60), "s freezes 4 times", 0.0),
     "frozen angle": ("swing", (frozen, "phi", 40), "phi freezes [34] times", 0.0),
     "frozen tachometer": ("swing", (frozen, "tacho", 40), "tacho freezes 4 times", 0.0),
@@ -90,6 +115,84 @@ def test_what_looks_like_a_fault_is_none(twin: str, systems: dict[str, System]) 
     assert looked(systems["screw"], TWINS[twin]())[1] == []
 
 
+#: Machine, text of its system file, channel that ends, share of its samples beyond, noise, digits.
+ENDS = {
+    "tachometer": ("swing", ("", ""), "tacho", 0.08, 0.02, 9),
+    "rounded tachometer": ("swing", ("", ""), "tacho", 0.03, 0.02, 2),
+    "measured force": ("screw", ("{unit: N}}", "{unit: N, commanded: false}}"), "force", 0.05, 0.2, 4),
+}
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_samples_at_the_end_of_a_range_are_left_out(case: str, tmp_path: Path) -> None:
+    name, change, channel, share, noise, digits = ENDS[case]
+    machine = MACHINES[name]
+    system = system_of(changed(machine.system, change), tmp_path)
+    frames = ended(machine.frames(), channel, share, noise, digits)
+    logs, notes = looked(system, frames)
+    assert len(notes) == 1 and notes[0].startswith(f"{channel} stands at its smallest or largest value"), (
+        notes
+    )
+    told = re.search(r"in ([\d.]+) % of the samples, \d+ of them .*: these are left out", notes[0])
+    assert told and float(told[1]) == pytest.approx(100 * share, rel=0.1)
+    end = max(float(frame[channel].max()) for frame in frames.values())
+    if channel in logs.inputs:  # nobody knows what it was there
+        assert np.mean(np.abs(logs.u[:, 0]) >= end) < 0.1 * share and len(logs) > len(frames)
+        return
+    assert logs.left_out is not None and len(logs) == len(frames)
+    assert logs.left_out[:, 1].mean() == pytest.approx(share, rel=0.1) and not logs.left_out[:, 0].any()
+    logs.write(tmp_path / "store")
+    assert um.read_logs(tmp_path / "store", system).limits == logs.limits
+    horizon = default_horizon(logs)
+    recording = Recording.of(logs, horizon)
+    assert not logs.left_out[recording.start].any() and recording.steps.max() == round(horizon / logs.period)
+    assert recording.compared.sum() == pytest.approx((2.0 - share) * recording.steps.sum(), rel=0.005)
+    # other sensors show as much as without this end
+    simulation = Simulation(system, recording)
+    errors = simulation(simulation.values[None, None]).errors(recording.scale)
+    beyond = np.abs(logs.y[recording.rows, 1]) >= end
+    assert not errors[beyond, 1].any() and errors[beyond, 0].any()
+
+
+@pytest.mark.parametrize("name", ["swing", "screw"])
+def test_a_command_that_saturates_and_a_stop_are_no_ends(name: str, systems: dict[str, System]) -> None:
+    frames = MACHINES[name].frames()
+    command = MACHINES[name].drive
+    assert looked(systems[name], ended(frames, command, 0.08, 0.01 * MACHINES[name].force))[1] == []
+    if name == "screw":  # an encoder has no noise, and an axis may stand at its end
+        assert looked(systems[name], ended(frames, "s", 0.08, 0.0))[1] == []
+
+
+def test_an_input_that_no_equation_uses_is_not_looked_at(tmp_path: Path) -> None:
+    text = changed(SCREW.system, ("inputs: {force", "inputs: {spare: {unit: V}, force"))
+    frames = {name: f.assign(spare=np.sin(f["t"])) for name, f in frozen(SCREW.frames(), "force", 60).items()}
+    spoiled = spiked(frozen(frames, "spare", 60), "spare", 1e4)
+    notes = looked(system_of(text, tmp_path), spoiled)[1]
+    assert notes and not any("spare" in note for note in notes)
+
+
+def test_a_mapping_turns_cures_off(tmp_path: Path) -> None:
+    system = system_of(SCREW.system, tmp_path)
+    frames = wrapped(registered(SCREW.frames(), "force", 0.01, 16), "s", 2e-6, 16)
+    (tmp_path / "logs").mkdir()
+    for name, frame in frames.items():
+        frame.to_csv(tmp_path / f"logs/{name}.csv", index=False)
+    text = 'schema: mapping/1\nfiles: ["*.csv"]\ntime: t\nsignals: {s: s, force: force}\n'
+    off = {}
+    for cure in ("true", "false"):
+        (tmp_path / "logs/mapping.yaml").write_text(f"{text}cure: {cure}\n")
+        logs = um.read_logs(tmp_path / "logs", system)
+        told = [note for note in logs.notes if FOUND.search(note)]
+        assert len(told) == 2
+        assert all(note.endswith("says cure: false") == (cure == "false") for note in told)
+        logged = np.concatenate([frame["force"] for frame in frames.values()])
+        off[cure] = float(np.abs(logs.u[:, 0] - logged).max())
+    assert off["false"] == 0.0 < off["true"]
+    (fault,) = without_copies(system, logs, 0.1)[2]  # of the logs that were left as they are
+    assert (fault.problem, fault.decides) == ("register", True)
+    assert fault.sentence.startswith("force jumps by 65536 counts where it would change its sign")
+
+
 def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:
     """Findings do not depend on scale: a screw in nanometres."""
     small = {name: f.assign(s=1e-9 * f["s"]) for name, f in spiked(SCREW.frames(), "s", 3.0).items()}
@@ -101,7 +204,7 @@ def test_looks_take_less_than_a_second(systems: dict[str, System]) -> None:
     frames, signals = PENDULUM.frames(samples=1200), signals_of(systems["swing"])
     values = {name: np.tile(frames["run1"][name], 50) for name in ("phi", "tacho", "torque")}
     start = time.perf_counter()
-    inspect(Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0)))
+    inspect([Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0))])
     assert time.perf_counter() - start < 1.0
 
 
@@ -115,7 +218,7 @@ def test_a_servo_that_is_logged_rarely_may_be_quick_where_its_goal_jumps() -> No
         goal[jumps : jumps + 2] -= 0.06
         values = {"s": s, "goal": goal}
         signals = (Signal("s", "s", "m", "position"), Signal("goal", "goal", "m", "input"))
-        found = inspect(Run("run1", t, values, signals, dict.fromkeys(values, 0.2)))[1]
+        found = inspect([Run("run1", t, values, signals, dict.fromkeys(values, 0.2))])[1]
         assert len([each for each in found if each.channel == "s"]) == spikes
 
 

@@ -167,6 +167,33 @@ def ulog(path: Path) -> Path:
     return path
 
 
+def messages(path: Path) -> Path:
+    """A text log by the documentation of ArduPilot, with two sensors of a kind."""
+    lines = [
+        "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
+        "FMT, 130, 40, ARM, QBff, TimeUS,I,Rest,Position",
+        "FMT, 140, 40, MOT, Qfc, TimeUS,Volt,Temp",
+        "UNIT, 0, 115, s",
+        "UNIT, 0, 118, V",
+        "UNIT, 0, 35, instance",
+        "MULT, 0, 70, 0.000001",
+        "FMTU, 0, 130, s#--, F---",
+        "FMTU, 0, 140, sv-, F--",
+    ]
+    for t, angle, voltage in zip((T * 1e6).round().astype(int).tolist(), ANGLE, VOLTAGE, strict=True):
+        lines += [f"ARM, {t}, 0, 0.0, {angle}", f"ARM, {t}, 1, 0.5, 0.5", f"MOT, {t}, {voltage}, 31.5"]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def long(path: Path) -> Path:
+    """One table for all sensors, as home automation and databases of time series write it."""
+    rows = zip(T.tolist(), ANGLE.tolist(), VOLTAGE.tolist(), strict=True)
+    lines = [f"{name},{v},{t}" for t, a, u in rows for name, v in (("sensor.knee", a), ("drive", u))]
+    path.write_text("\n".join(["entity,state,time", *lines]) + "\n")
+    return path
+
+
 @dataclass(frozen=True)
 class Recorder:
     """A format: the writer of a file, the name of the file, its columns, and its time if it has no clock."""
@@ -190,5 +217,7 @@ RECORDERS = {
     "mcap_json": Recorder(mcap_json, "a.mcap", "/drive.position[1]", "/drive.voltage"),
     "bag_1": Recorder(bag_1, "a.bag", "/joint_states.position[knee]", "/drive.data"),
     "bag_2": Recorder(bag_2, "a", "/arm.data", "/drive.data"),
+    "messages": Recorder(messages, "a.log", "ARM.Position", "MOT.Volt"),
+    "long": Recorder(long, "a.csv", "sensor.knee.state", "drive.state"),
     "ulog": Recorder(ulog, "a.ulg", "arm.position[1]", "arm.voltage"),
 }

@@ -16,6 +16,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
 from tests.machines.known import refusals
+from tests.measurements import recorders
 from tests.measurements.recorders import tables
 from tests.measurements.systems import motor, write
 from unmodelled.base.errors import BadInput, Faults
@@ -332,3 +333,43 @@ def test_publishers_of_the_same_things_are_apart_unless_they_follow_each_other(t
     bag(tmp_path / "b.bag", ("/driver_1", "/driver_2"))
     (restarted,) = tables(tmp_path / "b.bag")
     np.testing.assert_allclose(restarted.columns["position[boom]"], AXES["boom"])
+
+
+@pytest.mark.parametrize("count", [150, 450, 9000])
+@pytest.mark.parametrize("setting", ['"gain_{0}",{0}', "gain {0} = {0}, fixed", "{0},{0}"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_settings_above_a_table_are_skipped(tmp_path: Path, count: int, setting: str, encoding: str) -> None:
+    """However many they are: the table is what the file ends with."""
+    rows = [f"{k},{t},{x}" for k, (t, x) in enumerate(zip(T, X, strict=True))]
+    settings = [setting.format(k) for k in range(count)]
+    found = table(tmp_path / "a.csv", "\n".join([*settings, "loop,t,x", *rows, ""]).encode(encoding))
+    assert list(found.columns) == ["loop", "t", "x"] and found.first == count + 2
+    np.testing.assert_allclose(found.columns["x"], X)
+
+
+def test_messages_without_definitions_have_the_names_of_their_first_lines(tmp_path: Path) -> None:
+    """Two kinds of lines of one width; and kinds of other widths, whose columns are numbered."""
+    pairs = list(zip(T.tolist(), X.tolist(), strict=True))
+    named = ["# rig 2", "GYR,time_ms,x,y", "MOT,time_ms,u,v"]
+    named += [line for t, x in pairs for line in (f"GYR,{1e3 * t},{x},0", f"MOT,{1e3 * t},1,{x}")]
+    bare = [line for t, x in pairs for line in (f"$GYR,{t},{x},0", f"$MOT,{t},{x}")]
+    (tmp_path / "named.log").write_text("\n".join(named))
+    (tmp_path / "bare.txt").write_text("\n".join(bare))
+    gyro, motor_ = tables(tmp_path / "named.log")
+    assert (gyro.name, motor_.name) == ("GYR", "MOT") and list(motor_.columns) == ["time_ms", "u", "v"]
+    assert gyro.clock is not None and gyro.numbered(np.array([0, 1])).tolist() == [4, 6]
+    np.testing.assert_allclose(gyro.clock, T)
+    np.testing.assert_allclose(motor_.columns["v"], X)
+    gyro, motor_ = tables(tmp_path / "bare.txt")
+    assert (
+        gyro.name == "$GYR" and list(gyro.columns) == ["1", "2", "3"] and list(motor_.columns) == ["1", "2"]
+    )
+
+
+def test_messages_of_several_sensors_have_units_and_tables_of_their_own(tmp_path: Path) -> None:
+    path = recorders.messages(tmp_path / "a.log")
+    path.write_text(f'{path.read_text()}MSG, 9, "quad, of the shed\nARM, 12')  # a quote, and a line cut off
+    found = {each.name: each for each in tables(path)}
+    assert set(found) == {"ARM", "ARM_1", "MOT", "MSG"}
+    assert found["MOT"].units["Volt"] == "V" and found["ARM"].units["TimeUS"] == "us"
+    assert found["ARM_1"].columns["Rest"].tolist() == [0.5] * len(recorders.T)

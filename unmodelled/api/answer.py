@@ -245,9 +245,10 @@ class Answer:
         """Write the answer, the augmented system and the tables; then figures and a page.
 
         The folder gets diagnosis.json, augmented_system.yaml (a system file; none where the logs are to be
-        checked, or where it is not offered, see `refused`), tables, figures and index.html, a page with
-        all of it. Into a new folder the answer is written first; an older one is replaced in the end. A
-        picture that cannot be drawn is a note.
+        checked, or where it is not offered, see `refused`), compensation_<output>.csv (of a sensor whose
+        error a table compensates), tables, figures and index.html, a page with all of it. Into a new folder
+        the answer is written first; an older one is replaced in the end. A picture that cannot be drawn is a
+        note.
 
         Args:
             folder: folder that is new, empty or holds an older diagnosis; replaced as a whole.
@@ -263,6 +264,8 @@ class Answer:
         sources = {"answer": str(self.folder), **self._sources}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
             copy_results(self.folder, new, () if pages else (LIVE,))
+            if not (new / SUMMARY).exists():
+                raise BadInput(f"{self.folder / SUMMARY}: is a link: put the file there to which it points")
             if not (out / SUMMARY).exists():  # an older answer stays whole until this one is
                 with replacing_folder(out) as bare:
                     shutil.copytree(new, bare, dirs_exist_ok=True)

@@ -92,7 +92,7 @@ class NextExperiment:
 
         with writing("next", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
             u, system, criterion = self.design.found.u, self.design.system, self.design.criterion
-            write_experiment(u, system, criterion.limits, new / EXPERIMENT, criterion.watched)
+            write_experiment(u, system, criterion.limits, new / EXPERIMENT, criterion.runs)
             write_json(new / SUMMARY, self.content)
             write_table(self.predictions(), new / PREDICTIONS)
             with verbatim(), replacing(new / FIGURE) as temporary:

@@ -16,9 +16,10 @@ from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
+from unmodelled.design.allowed import Watched
 from unmodelled.design.limits import Limits, read_limits
 from unmodelled.design.plan_content import effects_table, plan_content, plan_lines
-from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs, watched_by
+from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
 from unmodelled.design.visible import Alike, Visible, alike, visible
 from unmodelled.design.written import DIGITS, ends_notes, frame, rest_notes, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
@@ -38,7 +39,7 @@ class Plan:
         alike: pairs of effects that would look alike.
         seed: seed of the experiments and of the noise.
         sources: system file and limits, by name; "" for what was in memory only.
-        notes: inputs that do not begin and end at rest; default none.
+        notes: inputs that do not begin and end at rest, and what the travel is sure of; default none.
     """
 
     system: System
@@ -84,7 +85,7 @@ class Plan:
             write_json(new / "plan.json", self.content)
             with replacing(new / "effects.csv") as temporary:
                 self.table().to_csv(temporary, index=False, float_format=DIGITS)
-            watch, chosen = watched_by(self.system, self.limits), not self.sources["inputs"]
+            watch, chosen = Watched(self.system, self.limits), not self.sources["inputs"]
             for name, u in self.inputs.items():
                 file = new / "experiments" / f"{name}.csv"
                 write_experiment(u, self.system, self.limits, file, watch, chosen)
@@ -151,4 +152,5 @@ def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = No
     sources = {"system": system.source, "limits": str(limits), "inputs": str(inputs or "")}
     tables = [(name, frame(u, system, bounds)) for name, u in (given or {}).items()]
     notes = ends_notes(tables, system, bounds) if given else rest_notes(system, bounds)
+    notes += Watched(system, bounds).notes
     return Plan(system, bounds, chosen, tuple(found), tuple(alike(found)), seed, sources, tuple(notes))

@@ -13,8 +13,9 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.wording import number, unit_text
 from unmodelled.design.criterion import GAIN, BestSensor, Value, odds
 from unmodelled.design.design import Design
+from unmodelled.design.draws import DRAWS
 from unmodelled.design.limits import Limits, units_of
-from unmodelled.design.rivals import DRAWS, HALF_INTERVAL
+from unmodelled.design.rivals import HALF_INTERVAL
 from unmodelled.design.runs import shown_start
 from unmodelled.design.written import frame
 from unmodelled.effects.added import Added
@@ -235,7 +236,7 @@ def _travel(design: Design) -> dict[str, Any]:
     """Limits of the travel, and the ends that any model reaches at any draw of its numbers."""
     limits, units = design.criterion.limits, units_of(design.system)
     found: dict[str, Any] = {}
-    for name, column in limits.columns(design.watched):
+    for name, column in (pair for watched in design.watched for pair in limits.columns(watched)):
         own, x = limits.moves[name], units[name].from_si(column)
         lowest, highest = found[name]["reached"] if name in found else (np.inf, -np.inf)
         reached = [float(min(lowest, x.min())), float(max(highest, x.max()))]

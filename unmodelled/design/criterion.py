@@ -16,13 +16,12 @@ from scipy.special import log_ndtr, logsumexp, ndtr, ndtri_exp
 from unmodelled.base.arrays import Array
 from unmodelled.design.limits import MARGIN, Limits
 from unmodelled.design.rivals import Rival
+from unmodelled.design.runs import Simulated, in_parts
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.units import describe, parse_unit
 
 #: What counts as a gain: of the probability that models are told apart, or of the width of an interval.
 GAIN = 0.01
-#: Values of watched quantities that are simulated at once, about: a budget of memory.
-AT_ONCE = 10_000_000
 #: Prediction, in standard deviations of an output's noise, beyond which a simulation has diverged.
 DIVERGED = 1e12
 
@@ -119,18 +118,10 @@ class Criterion:
         mean = Value(found.excess.max(keepdims=True), found.distance[None], after)
         return float(self.scores(mean)[0])
 
-    def runs(self, u: Array) -> Iterator[tuple[Array, Array]]:
-        """Yield outputs (sets, samples, outputs) and what travel limits hold for (..., quantities) by model.
-
-        Takes an experiment (samples, inputs). All is in SI. The sets are the fitted numbers and the draws.
-        """
+    def runs(self, u: Array) -> Iterator[Simulated]:
+        """Yield the runs of an experiment (samples, inputs), SI, by model: fitted numbers, then the draws."""
         for rival in self.rivals:
-            y, watched = rival.runs(u[None], self.limits, [rival.sets[0][0], *rival.drawn])
-            yield y[0], watched[0]
-
-    def watched(self, u: Array) -> Iterator[Array]:
-        """Yield what travel limits hold for, see `runs`."""
-        return (watched for _, watched in self.runs(u))
+            yield rival.runs(u[None], self.limits, [rival.sets[0][0], *rival.drawn]).of(0)
 
     def _excess(self, u: Array, drawn: bool) -> Array:
         """Largest excess (designs,) of experiments, at the fitted numbers or at all draws."""
@@ -143,11 +134,10 @@ class Criterion:
         """Excess (designs, sets) by model."""
         for rival in self.rivals:
             systems = rival.drawn if drawn else rival.sets[0][:1]
-            size = u.shape[1] * len(systems) * (2 * len(self.limits.travel) + len(self.noise))
             found: list[Array] = [np.empty((0, len(systems)))]
-            for part in np.array_split(u, -(-len(u) * size // AT_ONCE)) if len(u) else ():
-                watched = rival.runs(part, self.limits, systems)[1]
-                each = self.limits.excess(watched.reshape(-1, *watched.shape[2:]), MARGIN)
+            for part in in_parts(u, systems, self.limits, rival.substeps(self.limits)):
+                _, watched, step = rival.runs(part, self.limits, systems)
+                each = self.limits.excess(watched.reshape(-1, *watched.shape[2:]), step, MARGIN)
                 found.append(each.reshape(watched.shape[:2]))
             yield np.concatenate(found)
 
@@ -196,7 +186,7 @@ class Criterion:
     def _outputs(
         self, rival: Rival, u: Array, systems: Sequence[System], steps: Array
     ) -> tuple[Array, Array]:
-        return weighted(rival.runs(u, self.limits, systems)[0] / self.unit, steps)
+        return weighted(rival.runs(u, self.limits, systems, ()).y / self.unit, steps)
 
 
 def weighted(y: Array, steps: Array) -> tuple[Array, Array]:
@@ -289,7 +279,7 @@ def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | 
         rival.runs(u[None], criterion.limits, rival.sets[0], [sensor.of(model) for sensor in known])
         for rival, model in zip(criterion.rivals, models, strict=True)
     ]
-    size = runs[0][0][0, 0].std(axis=0)
+    size = runs[0].y[0, 0].std(axis=0)
     seen = size > 0.0
     if not seen.any():
         return None
@@ -297,12 +287,12 @@ def best_sensor(criterion: Criterion, system: System, u: Array) -> BestSensor | 
     share = np.hypot(noise, np.sqrt(criterion.limits.samples) * spread)
     found = []
     for k, sensor in enumerate(known):
-        unit = share * max(float(w[0, 0, :, k].std()) for _, w in runs)
+        unit = share * max(float(run.watched[0, 0, :, k].std()) for run in runs)
         if not 0.0 < unit < np.inf:
             continue
         named, *others = (
             weighted(np.concatenate([y / criterion.unit, w[..., k : k + 1] / unit], axis=-1), rival.sets[1])
-            for rival, (y, w) in zip(criterion.rivals, runs, strict=True)
+            for rival, (y, w, _) in zip(criterion.rivals, runs, strict=True)
         )
         distances = np.array([distance(named, other)[0] for other in others])
         found.append(BestSensor(sensor, float(np.hypot(noise, spread)), distances))

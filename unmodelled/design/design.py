@@ -20,6 +20,7 @@ from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import BestSensor, Criterion, Value, best_sensor
 from unmodelled.design.limits import MARGIN, far_from_logs, read_limits
 from unmodelled.design.rivals import Entry, Known, Rival, fitted_rival
+from unmodelled.design.runs import Simulated
 from unmodelled.design.signals import CHIRP, FAMILIES, Family, reference_points, references
 from unmodelled.design.written import rest_notes
 from unmodelled.diagnosis.data.duplicates import different
@@ -73,15 +74,15 @@ class Design:
     @property
     def predicted(self) -> Mapping[str, Array]:
         """Return `predictions` and those of all draws behind them, shape (sets, samples, outputs), SI."""
-        return {r.label: y for r, (y, _) in zip(self.criterion.rivals, self._runs, strict=True)}
+        return {r.label: run.y for r, run in zip(self.criterion.rivals, self._runs, strict=True)}
 
     @property
-    def watched(self) -> Array:
-        """Return what the travel limits hold for, shape (sets of all models, samples, quantities), SI."""
-        return np.concatenate([watched for _, watched in self._runs])
+    def watched(self) -> list[Array]:
+        """Return what the travel limits hold for by model, shape (sets, times, quantities), SI."""
+        return [run.watched for run in self._runs]
 
     @cached_property
-    def _runs(self) -> list[tuple[Array, Array]]:
+    def _runs(self) -> list[Simulated]:
         return [*self.criterion.runs(self.found.u)]
 
 

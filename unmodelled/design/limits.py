@@ -85,11 +85,12 @@ class Limits:
             found[name] = (value - shown.xreplace({x: sp.S.Zero})) / sp.diff(shown, x)
         return found
 
-    def excess(self, watched: Array, margin: float = 0.0) -> Array:
+    def excess(self, watched: Array, step: float, margin: float = 0.0) -> Array:
         """Return the largest excess (designs,) of a travel limit as a share of its width; inf: diverges.
 
-        Takes watched (designs, samples, quantities), SI, see `runs.quantities`, and margin, the share of the
-        width that stays free at each end, but for the way from a start that lies there.
+        Takes watched (designs, times, quantities), SI, see `runs.quantities`, the step from one time to the
+        next, s, and margin, the share of the width that stays free at each end, but for the way from a start
+        that lies there.
         """
         found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
         for name, column in self.columns(watched):
@@ -102,7 +103,7 @@ class Limits:
                 width = np.where(ways[0] > 0.0, ways[0], 1.0) if ways else np.ones(len(x))
             low = np.minimum(own.low + margin * width, np.maximum(start, own.low))
             high = np.maximum(own.high - margin * width, np.minimum(start, own.high))
-            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.period
+            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / step
             beyond = np.maximum(low - x.min(axis=1), x.max(axis=1) - high) / width
             found = np.maximum(found, np.maximum(beyond, speed / (own.rate * (1.0 - margin)) - 1.0))
         return np.asarray(np.maximum(found, 0.0))

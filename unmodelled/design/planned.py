@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import islice
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +14,11 @@ from scipy.stats import qmc
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
+from unmodelled.design.allowed import Watched
 from unmodelled.design.limits import MARGIN, Limits
-from unmodelled.design.runs import equations, quantities, simulated
+from unmodelled.design.runs import equations, simulated
 from unmodelled.design.signals import FAMILIES
-from unmodelled.design.written import Watch, check_travel, frame, read_experiment
+from unmodelled.design.written import check_travel, frame, read_experiment
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
@@ -24,6 +27,8 @@ Inputs = Mapping[str, Array]
 
 #: Signals of a family that are tried, and experiments of a family that are planned.
 TRIED, EACH = 64, 2
+#: Shares of their amplitudes that are tried until an experiment keeps the limits.
+AMPLITUDES = (1.0, 0.5, 0.25, 0.125, 0.0625)
 #: Most samples of a planned experiment that is given.
 LONGEST = 1_000_000
 #: Integration steps per sample of the simulated logs.
@@ -31,33 +36,24 @@ SUBSTEPS = 10
 
 
 def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
-    """Return two experiments of every family of signals in which the known physics keeps the limits."""
+    """Return two experiments of every family of signals that keep the limits, see `Watched.keeping`."""
     found: dict[str, Array] = {}
-    program, c = equations(system, quantities(system, limits)), limits.c
+    watched = Watched(system, limits)
     for family in FAMILIES:
         z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
-        u = family.inputs(z, limits)
-        y, watched = simulated([system], u, limits, c, SUBSTEPS, program)
-        kept = (limits.excess(watched[:, 0], MARGIN) == 0.0) & np.isfinite(y).all(axis=(1, 2, 3))
-        for k, design in enumerate(np.flatnonzero(kept)[:EACH], start=1):
-            found[f"{family.name.replace(' ', '_')}_{k}"] = u[design]
+        whole, rest = family.inputs(z, limits), np.array([own.rest for own in limits.inputs])
+        tried = (rest + share * (whole - rest) for share in AMPLITUDES)
+        kept = next(filter(None, ([*islice(watched.keeping(u), EACH)] for u in tried)), [])
+        for k, u in enumerate(kept, start=1):
+            found[f"{family.name.replace(' ', '_')}_{k}"] = u
     if not found:
+        held, cure = (f", for {watched.allowed}", ", narrow the bounds") if watched.uncertain else ("", "")
         raise BadInput(
             f"{limits.file}: travel: no experiment of {limits.duration:g} s was found in which the known "
-            f"physics stays within the limits, with {100.0 * MARGIN:g} % to spare: widen them, shorten "
-            "`duration`, or change `start`"
+            f"physics stays within the limits, with {100.0 * MARGIN:g} % to spare{held}: widen them{cure}, "
+            "shorten `duration`, or change `start`"
         )
     return found
-
-
-def watched_by(system: System, limits: Limits) -> Watch:
-    """Return the simulation of the known physics that looks at the travel limits."""
-    program = equations(system, quantities(system, limits))
-
-    def watch(u: Array) -> list[Array]:
-        return [simulated([system], u[None], limits, limits.c, SUBSTEPS, program)[1][0]]
-
-    return watch
 
 
 def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
@@ -65,17 +61,38 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
     files = sorted(place.glob("*.csv")) if place.is_dir() else [place]
     if not files:
         raise BadInput(f"{place}: holds no CSV file: give experiments with t and the inputs")
-    found, watch = {}, watched_by(system, limits)
+    found, watched = {}, Watched(system, limits)
     for file in files:
         t, given = read_experiment(file, system, limits, str(file))
         if not t[-1] / limits.period < LONGEST:
             raise BadInput(
                 f"{file}: lasts {t[-1]:g} s, more than {LONGEST} samples of {limits.period:g} s: cut it"
             )
-        clock = limits.period * np.arange(int(t[-1] / limits.period + 1e-9) + 1)
-        found[file.stem] = np.stack([np.interp(clock, t, u) for u in given.T], axis=1)
-        check_travel(watch(found[file.stem]), system, limits, str(file))
+        found[file.stem] = u = _on_the_clock(t, given, system, limits, file)
+        (runs,) = watched(u)
+        check_travel([runs.sets(slice(1))], system, limits, str(file))
+        check_travel([runs], system, limits, f"{file}: with a draw of {watched.allowed}")
     return found
+
+
+def _on_the_clock(t: Array, given: Array, system: System, limits: Limits, file: Path) -> Array:
+    """Inputs (samples, inputs), SI, at the sampling period; refuse those of which the period misses a part.
+
+    Takes times t (rows,), s, and inputs (rows, inputs), SI.
+    """
+    clock = limits.period * np.arange(ceil(t[-1] / limits.period - 1e-6) + 1)
+    near = 1e-6 * limits.period  # by which times of a file are rounded
+    found = []
+    for item, own, u in zip(system.inputs, limits.inputs, given.T, strict=True):
+        after, back = (np.searchsorted(a, b + near, side="right") - 1 for a, b in ((t, clock), (clock, t)))
+        found.append(u[after] if item.hold else np.interp(clock, t, u))
+        again = found[-1][back] if item.hold else np.interp(t, clock, found[-1])
+        if np.abs(again - u).max() > MARGIN * (own.high - own.low):
+            raise BadInput(
+                f"{file}: {item.name} changes between the samples of {limits.period:g} s: write the "
+                f"period of the file into {limits.file}: period: {float(np.diff(t).min()):.4g}"
+            )
+    return np.stack(found, axis=1)
 
 
 def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
@@ -90,7 +107,7 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
     tables = {name: frame(u, system, limits) for name, u in inputs.items()}
     for name, u in inputs.items():
         own = replace(limits, travel={})
-        y = simulated([system], u[None], own, c, SUBSTEPS, program)[0][0, 0]
+        y = simulated([system], u[None], own, c, SUBSTEPS, program, watching=False).y[0, 0]
         if not np.isfinite(y).all():
             raise BadInput(f"{limits.file}: start: the simulation of {name} diverges: change the inputs")
         for k, output in enumerate(system.outputs):

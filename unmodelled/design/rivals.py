@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ import sympy as sp
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
+from unmodelled.design.draws import drawn_between
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, quantities, simulated
+from unmodelled.design.runs import Simulated, equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
 from unmodelled.diagnosis.fitting.unknowns import Unknown
@@ -34,8 +36,6 @@ Entry = Mapping[str, Any]
 STARTS = 24
 #: Half of a 95 % interval, in standard deviations.
 HALF_INTERVAL = 1.96
-#: Sets of numbers that are drawn from their intervals.
-DRAWS = 20
 
 
 def place_of(entry: Entry) -> Place:
@@ -141,36 +141,28 @@ class Rival:
     def intervals(self) -> Array:
         """Return the lowest and the highest value of every number, shape (numbers, 2), SI, within its bounds.
 
-        They are those of the answer; of a number that the answer leaves open or does not have, those of the
-        fit. What only smooths a corner of a law keeps its value.
+        They are those of the answer; of a number that the answer does not have, those of the fit. What only
+        smooths a corner of a law keeps its value.
         """
         found = []
         effects = self.fitted.hypothesis.effects
         smooth = {n for e in effects for n in e.shapes if n not in {*e.reported, *e.delays}}
         for k, (unknown, value) in enumerate(zip(self._unknowns, self.values.values(), strict=True)):
-            half = HALF_INTERVAL * _within(self._fitted_deviation(k), unknown) * (unknown.name not in smooth)
             known = self.known.get(unknown.name)
-            if known is not None and np.isfinite(known.doubt):
-                ends = [known.low, known.high]
-            else:
-                ends = [value - half, value + half]
+            # an end that the answer leaves open is as far as the bounds, whatever the fit thinks of it
+            half = HALF_INTERVAL * _within(np.inf if known else self._fitted_deviation(k), unknown)
+            half *= unknown.name not in smooth
+            given = (known.low, known.high) if known else (np.nan, np.nan)
+            pairs = zip(given, (value - half, value + half), strict=True)
+            ends = [end if np.isfinite(end) else far for end, far in pairs]
             ends = np.clip(ends, unknown.low, unknown.high).tolist()
             found.append([min(*ends, value), max(*ends, value)])
         return np.array(found).reshape(-1, 2)
 
     @cached_property
     def draws(self) -> Array:
-        """Return `DRAWS` sets of numbers, shape (draws, numbers), SI, from their intervals.
-
-        Every number takes as many values, equally far from each other, from one end of its interval to the
-        other, in an order of its own (a Latin hypercube with its edges): an answer has no covariance.
-        """
-        rng = np.random.default_rng(0)
-        share = np.linspace(0.0, 1.0, DRAWS)
-        orders = [rng.permutation(DRAWS) for _ in self.intervals]
-        low, high = self.intervals.T
-        places = np.array([share[order] for order in orders]).reshape(-1, DRAWS).T
-        return np.asarray(low + places * (high - low))
+        """Return sets (draws, numbers), SI, from `intervals`: an answer has no covariance."""
+        return drawn_between(self.intervals)
 
     @cached_property
     def drawn(self) -> list[System]:
@@ -213,13 +205,20 @@ class Rival:
         return [self._system(point) for point in points], np.array(steps)
 
     def runs(
-        self, u: Array, limits: Limits, systems: Sequence[System], watched: Sequence[sp.Expr] | None = None
-    ) -> tuple[Array, Array]:
-        """Simulate experiments (designs, samples, inputs), SI, as `simulated` does."""
-        study = self.fitted.hypothesis.study
-        substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
-        more = quantities(systems[0], limits) if watched is None else tuple(watched)
-        return simulated(systems, u, limits, self._constants(limits), substeps, self._equations(more))
+        self, u: Array, limits: Limits, systems: Sequence[System], shown: Sequence[sp.Expr] | None = None
+    ) -> Simulated:
+        """Simulate experiments (designs, samples, inputs), SI, as `simulated` does.
+
+        `shown` are expressions at the samples in place of what the travel limits hold for.
+        """
+        more = quantities(systems[0], limits) if shown is None else tuple(shown)
+        how = (self._constants(limits), self.substeps(limits), self._equations(more))
+        return simulated(systems, u, limits, *how, watching=shown is None)
+
+    def substeps(self, limits: Limits) -> int:
+        """Return the integration steps per sample of an experiment, no longer than those of the fit."""
+        ratio = limits.period / self.fitted.hypothesis.study.logs.period
+        return max(1, ceil(self.fitted.fit.substeps * ratio * (1.0 - 1e-9)))
 
     def _equations(self, watched: tuple[sp.Expr, ...]) -> Program:
         known = self.__dict__.setdefault("_programs", {})

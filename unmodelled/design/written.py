@@ -12,6 +12,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.design.limits import Limits, Range, units_of
+from unmodelled.design.runs import Simulated
 from unmodelled.logs.assembly import in_si
 from unmodelled.logs.logs import as_logged
 from unmodelled.logs.table import Columns, read_columns
@@ -20,9 +21,8 @@ from unmodelled.systems.model import Input, System
 #: Digits of a number in the file, and the share of a column's largest value that they may round away.
 DIGITS, ROUNDING = "%.9g", 1e-8
 
-#: Simulates an experiment (samples, inputs), SI, with one model after the other: quantities (sets, samples,
-#: quantities), SI, see `runs.quantities`.
-Watch = Callable[[Array], Iterable[Array]]
+#: Simulates an experiment (samples, inputs), SI, with one model after the other.
+Watch = Callable[[Array], Iterable[Simulated]]
 
 
 def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
@@ -59,15 +59,15 @@ def write_experiment(
         check_travel(watch(found), system, limits, f"{file.name}: not written")
 
 
-def check_travel(runs: Iterable[Array], system: System, limits: Limits, name: str) -> None:
-    """Refuse simulated quantities (sets, samples, quantities), SI, that leave the travel as it is written."""
+def check_travel(runs: Iterable[Simulated], system: System, limits: Limits, name: str) -> None:
+    """Refuse runs of one experiment that leave the travel as it is written."""
     units = units_of(system)
-    for watched in runs:
+    for _, watched, step in runs:
         if not np.isfinite(watched).all():
             raise BadInput(f"{name}: the simulation diverges: change the inputs")
         for key, column in limits.columns(watched):
             own, x, text = limits.moves[key], units[key].from_si(column), f" {units[key].text}"
-            speed = np.abs(np.diff(x, axis=-1)).max() / limits.period
+            speed = np.abs(np.diff(x, axis=-1)).max() / step
             slack = ROUNDING * max(float(np.abs(x).max()), np.ptp(x))
             for value in (float(x.min()), float(x.max())):
                 if not own.low - slack <= value <= own.high + slack:

@@ -112,7 +112,7 @@ def _inputs(k: str, balance: Balance) -> list[str]:
         measured = (
             supply is None or balance.kind.supply is Role.CURRENT or is_measured(channel.signal.address)
         )
-        fixed = ", commanded: false" if measured else ""
+        fixed = (", commanded: false" if measured else "") + (", hold: true" if channel.signal.held else "")
         lines.append(f"  {symbol}: {{unit: {quoted(channel.unit)}{fixed}}}  # {one_line(said)}")
     return lines
 

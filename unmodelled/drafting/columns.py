@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.drafting.names import Role, meaning_of
+from unmodelled.logs.on_change import is_even, is_on_change
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
@@ -45,6 +46,7 @@ class Signal:
     values: Array  # (samples,), as logged
     unit: str | None  # by file or name
     role: Role | None  # by name or unit
+    held: bool = False  # it is written when it changes, and was read at uniform instants
 
     @property
     def rate(self) -> float:
@@ -92,7 +94,7 @@ def _likeness(table: Table, name: str) -> float:
     if role not in (None, Role.TIME, Role.PART):
         return 0.0
     named = 4.0 * (role is Role.TIME)
-    even = float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > 0.9)
+    even = float(is_even(steps))
     first = float(next(iter(table.columns)) == name)
     return named + even + first if named or even else 0.0
 
@@ -100,20 +102,38 @@ def _likeness(table: Table, name: str) -> float:
 def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) -> list[Signal]:
     """Return the columns of an experiment that change and are no clock."""
     found = []
-    for table in (table for table in tables if len(table) >= ROWS):
+    for table in tables:
         t = _clock(table, tables, timing)
         elements = {own: other for other, own in table.aliases.items() if _is_named(other)}
         for name, column in table.columns.items():
             rows = np.flatnonzero(np.isfinite(column) & np.isfinite(t))
-            if name == timing.column or len(np.unique(column[rows])) < values:
+            is_time = name == timing.column or name in table.origins
+            if is_time or np.array_equal(column, t) or len(np.unique(column[rows])) < values:
                 continue
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
             meant = meaning_of(address, table.units.get(name))
-            if len(rows) >= ROWS and meant.role is not Role.TIME:
-                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role))
-    return found
+            held = is_on_change(t[rows], column[rows])
+            if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
+                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
+    return _together(found)
+
+
+def _together(signals: Sequence[Signal]) -> list[Signal]:
+    """The signals; those that are held at uniform instants, as often as the fastest changes on average."""
+    held = [signal for signal in signals if signal.held]
+    if not held:
+        return list(signals)
+    end = max(signal.t[-1] for signal in held)
+    period = min((signal.t[-1] - signal.t[0]) / (len(signal.t) - 1) for signal in held)
+    return [_at_uniform(each, float(end), float(period)) if each.held else each for each in signals]
+
+
+def _at_uniform(signal: Signal, end: float, period: float) -> Signal:
+    first = np.ceil(signal.t[0] / period)
+    t = period * np.arange(first, np.floor(end / period) + 1.0)
+    return replace(signal, t=t, values=signal.values[np.searchsorted(signal.t, t, "right") - 1])
 
 
 def _is_named(name: str) -> bool:

@@ -17,7 +17,7 @@ from unmodelled.drafting.files import Survey, survey
 from unmodelled.drafting.joints import Joint, joints_of
 from unmodelled.drafting.kinds import HEAT, TANK
 from unmodelled.drafting.lines import numbered
-from unmodelled.drafting.names import FORCES, Role, meaning_of
+from unmodelled.drafting.names import ACTING, FORCES, Role, meaning_of
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.table import is_text
@@ -84,7 +84,7 @@ def draft_of(logs: Path) -> Draft:
     found = survey(logs)
     timing = timing_of(next(iter(found.read.values())))
     signals = {place: signals_in(tables, timing) for place, tables in found.read.items()}
-    joints, balances = _parts([each for each in signals.values() if each] or [[]])
+    joints, balances = _parts([_sampled(each) for each in signals.values() if each] or [[]])
     outputs = [each for each in used_by(joints, balances) if each.output]
     if not outputs:
         names = sorted({signal.address for each in signals.values() for signal in each})
@@ -111,13 +111,25 @@ def draft_of(logs: Path) -> Draft:
     )
 
 
+def _sampled(signals: Sequence[Signal]) -> list[Signal]:
+    """The signals without those that have too few samples for an output, if others have enough."""
+    enough = [len(signal.t) >= SHORTEST_LOG for signal in signals]
+    acts = [signal.role in ACTING | {Role.GOAL} for signal in signals]
+    if not any(long and not act for long, act in zip(enough, acts, strict=True)):
+        return list(signals)
+    return [s for s, long, act in zip(signals, enough, acts, strict=True) if long or act]
+
+
 def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[Balance]]:
     """The moving positions of a machine; the balances of one that has none."""
     roles = {signal.role for signals in experiments for signal in signals}
     acting = roles & (FORCES - {Role.DUTY})
     filled = not acting and any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK))
-    balances = coupled(balances_of(experiments), experiments) if filled or Role.POSITION not in roles else []
-    return [] if balances else joints_of(experiments), balances
+    first = filled or Role.POSITION not in roles
+    joints = [] if first else joints_of(experiments)
+    # positions that rest, or are logged too seldom to show a motion, hide no speed and no level
+    balances = [] if joints else coupled(balances_of(experiments), experiments)
+    return joints if joints or balances else joints_of(experiments), balances
 
 
 def _usable(
@@ -142,7 +154,7 @@ def _usable(
         elif not moving:
             verb = "does" if len(moved) == 1 else "do"
             left_out[place] = f"{', '.join(moved[:NAMES])} {verb} not change while time increases"
-        elif len(moving[0].t) < SHORTEST_LOG:
+        elif max(len(signal.t) for signal in moving) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
             read[place] = found.read[place]

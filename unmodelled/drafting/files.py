@@ -65,8 +65,9 @@ def survey(logs: Path) -> Survey:
             left_out[place] = str(error).removeprefix(f"{place}: ")
     if not read:
         raise BadInput(f"{logs}: no file in it can be read; the first one: {next(iter(left_out.values()))}")
-    if len(read) > 1 and _differ(read) and all(place.parent == logs for place in read):
-        return Survey(logs, (".",), read_files([logs], None, Faults()), left_out)
+    folders = {place.parent for place in read}
+    if len(read) > 1 and _differ(read) and len(folders) == 1:
+        return Survey(logs, patterns_of(logs, [*folders]), read_files([*folders], None, Faults()), left_out)
     kept = _largest(read)
     left_out |= {place: "other columns" for place in read if place not in kept}
     # what was not looked into is of the experiments, if it has the ending of one

@@ -60,7 +60,7 @@ def _time(draft: Draft) -> list[str]:
 
 
 def _signal(name: str, channel: Channel, against: bool = False) -> str:
-    sign = ", sign: -1" if against else ""
+    sign = (", sign: -1" if against else "") + (", hold: true" if channel.signal.held else "")
     scale = f", scale: {_factor(channel.scale)}" if channel.scale != 1.0 or channel.question else ""
     unsure = channel.question or ("" if channel.certain else _unsure(channel.unit))
     questions = [unsure] if unsure else []

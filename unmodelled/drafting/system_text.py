@@ -67,10 +67,12 @@ def _input(k: str, joint: Joint) -> list[str]:
     if joint.others:
         said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
     measured = ", commanded: false" if is_measured(joint.drive.signal.address) else ""
+    measured += ", hold: true" if joint.drive.signal.held else ""
     lines = [*closed, f"  u{k}: {{unit: {quoted(joint.drive.unit)}{measured}}}  # {one_line(said)}"]
     if joint.against is not None:
-        second = one_line(joint.against.signal.address)
-        lines.append(f"  u{k}_2: {{unit: {quoted(joint.against.unit)}}}  # {second}")
+        second, held = one_line(joint.against.signal.address), joint.against.signal.held
+        unit = quoted(joint.against.unit) + (", hold: true" if held else "")
+        lines.append(f"  u{k}_2: {{unit: {unit}}}  # {second}")
     return lines
 
 

@@ -1,6 +1,9 @@
 """Lag of an actuator behind its input."""
 
-from unmodelled.effects.effect import DriveEffect
+from collections.abc import Mapping
+
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import USUAL_PERIODS, DriveEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, share
 from unmodelled.effects.place import Site
@@ -9,8 +12,12 @@ from unmodelled.effects.place import Site
 class ActuatorLag(DriveEffect):
     """First-order lag of the actuator."""
 
+    kind = "timing"
     family = "actuator_lag"
     complexity = 2.0
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        return dict.fromkeys(added.shapes, USUAL_PERIODS * period)
 
     def law(self, at: Site) -> Law:
         grid = geometric(at.period, 0.1 * at.duration, 6)

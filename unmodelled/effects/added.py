@@ -8,13 +8,15 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 
 from unmodelled.effects.columns import Column
-from unmodelled.effects.law import Told
+from unmodelled.effects.law import Told, Wave
 from unmodelled.effects.place import Place
 from unmodelled.systems import syntax
 from unmodelled.systems.model import System, symbol
 
 #: Family of laws that the library lacks and that a diagnosis has written down.
 DISCOVERED = "discovered_law"
+#: What a sensor with an error should show; the space keeps it apart from all names of systems.
+RIGHT = sp.Symbol("right value", real=True)
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,10 @@ class Added:
     extent: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     robot: Mapping[str, str] = field(default_factory=dict)  # as in `Law`, as are `told` and `phrase`
     told: Mapping[str, Told] = field(default_factory=dict)
+    waves: Mapping[str, Wave] = field(default_factory=dict)  # as in `Law`, in names of `system`
     phrase: str = ""
+    cycle: float | None = None  # as in `Law`
+    error: sp.Expr = sp.S.Zero  # of a sensor with a `cycle`, over `RIGHT`
     signals: Mapping[str, str] = field(default_factory=dict)  # signal whose unit a number has
 
     @property

@@ -9,12 +9,13 @@ from functools import cached_property
 
 import sympy as sp
 
-from unmodelled.effects.added import Added
+from unmodelled.effects.added import RIGHT, Added
 from unmodelled.effects.columns import Column, Member
 from unmodelled.effects.extrapolation import continued, extent, slopes
 from unmodelled.effects.law import Amplitude, Law, Shape
 from unmodelled.effects.motion import acceleration, effort_signals
-from unmodelled.effects.place import Place, Site, rate_output
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation
 from unmodelled.systems import grammar
@@ -51,7 +52,13 @@ def attached(site: Site, law: Law, family: str, variant: str) -> Added:
         extent=extent(parts.words),
         robot={quantity: parts.words.text(value) for quantity, value in law.robot.items()},
         told={names[n]: told for n, told in law.told.items()},
+        waves={
+            names[n]: replace(w, cosine=names[w.cosine], times=names.get(str(w.times), w.times))
+            for n, w in law.waves.items()
+        },
         phrase=law.phrase.format_map({n: f"{{{names[n]}}}" for n in law.names}) if law.phrase else "",
+        cycle=law.cycle,
+        error=sp.S.Zero if law.cycle is None else parts.error(),
         signals=parts.words.signals,
     )
 
@@ -114,6 +121,12 @@ class _Parts:
             known[self.site.quantities["a"].expression] = a.xreplace(dict.fromkeys(system.e, sp.S.Zero))
         adds = (self.words.adds[name] for name in self.law.amplitudes)
         return tuple(self._indicator[0] * value.expression.xreplace(known) for value in adds)
+
+    def error(self) -> sp.Expr:
+        """Return the error of a sensor over what it should show."""
+        shown = replace(self.site.quantities["y"], expression=RIGHT)
+        alone = replace(self.words, site=replace(self.site, quantities={"y": shown}))
+        return sum((symbol(self.words.names[n]) * v.expression for n, v in alone.adds.items()), sp.S.Zero)
 
     @cached_property
     def _terms(self) -> list[tuple[sp.Expr, sp.Expr]]:

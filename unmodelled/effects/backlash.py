@@ -31,6 +31,7 @@ class FrictionBehindPlay(PortEffect):
     The distance r of the port from the body is held within delta with a time constant of one sampling period.
     """
 
+    kind = "play"
     family = "backlash"
     variant = "friction"
     complexity = 4.0
@@ -53,6 +54,7 @@ class FrictionBehindPlay(PortEffect):
 class _BehindPlay(BodyBehind):
     """Body with play of 2*delta, whose stops are springs of frequency omega_b and damping ratio 0.5."""
 
+    kind = "play"
     family = "backlash"
     pushed = "omega_b**2*(x - x_b - clip(x - x_b, -delta, delta)) + omega_b*(abs(x - x_b) > delta)*(v - v_b)"
 
@@ -87,6 +89,7 @@ class PlayInSpring(PortEffect):
     file has no force at position zero.
     """
 
+    kind = "play"
     family = "backlash"
     variant = "in_spring"
     complexity = 2.0

@@ -8,6 +8,7 @@ from unmodelled.effects.place import Site
 class ConstantLoad(PortEffect):
     """Load that does not depend on the motion."""
 
+    kind = "load"
     family = "constant_load"
     complexity = 1.0
     power = "stored"

@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class CoulombFriction(PortEffect):
     """Dry friction of equal magnitude in both directions."""
 
+    kind = "dry friction"
     family = "coulomb_friction"
     complexity = 1.0
     needs = ("velocity",)

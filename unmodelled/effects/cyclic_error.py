@@ -1,10 +1,12 @@
 """Cyclic error of an encoder: an angle that is shown wrongly in the same way in every turn."""
 
+import math
 from typing import ClassVar
 
 from unmodelled.effects.effect import SensorEffect
-from unmodelled.effects.law import Amplitude, Law, Shape, Told
-from unmodelled.effects.place import Place, Site, rate_output
+from unmodelled.effects.law import Amplitude, Law, Shape, Told, Wave
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site
 from unmodelled.systems.model import System
 
 #: rad, a plausible error and the largest one: a magnet or disc that is off its axis by a few per cent of its
@@ -25,18 +27,28 @@ class _CyclicError(SensorEffect):
         return tuple(p for p in found if not self.speed or rate_output(system, p.name) is not None)
 
     def law(self, at: Site) -> Law:
-        amplitudes = {}
+        grid = tuple(map(float, range(1, _MOST + 1)))
+        shapes = {n: Shape("1", grid, (0.9, 1.1 * _MOST)) for n in self.waves if not n.isdecimal()}
+        amplitudes, waves = {}, {}
         for letter, n in zip("AB", self.waves, strict=False):
             times = "" if n == "1" else f"{n}*"
             sine, cosine = (f"{function}({times}y)" for function in ("sin", "cos"))
             amplitudes[f"{letter}_s"] = self._amplitude(sine, f"{times}r*{cosine}")
             amplitudes[f"{letter}_c"] = self._amplitude(cosine, f"{times}r*(-{sine})")
+            waves[f"{letter}_s"] = Wave(f"{letter}_c", n if n in shapes else float(n))
         text = " + ".join(f"{name}*{a.adds}" for name, a in amplitudes.items())
-        shapes = {"n_y": Shape("1", tuple(map(float, range(1, _MOST + 1))), (0.9, 1.1 * _MOST))}
         (item,) = (o for o in at.system.outputs if o.name == at.place.name)
         unit = item.as_difference
         told = dict.fromkeys(amplitudes, Told(unit=unit.text, factor=1.0 / unit.factor))
-        return Law(f"y + {text}", amplitudes, shapes if "n_y" in self.waves else {}, told=told)
+        return Law(
+            f"y + {text}",
+            amplitudes,
+            shapes,
+            told=told,
+            waves=waves,
+            phrase="cyclic error of " + "; ".join(f"{{{name}}}" for name in waves),
+            cycle=2.0 * math.pi,
+        )
 
     def _amplitude(self, wave: str, slope: str) -> Amplitude:
         return Amplitude(wave, _PLAUSIBLE, (-_LARGEST, _LARGEST), rate=slope if self.speed else "")

@@ -1,7 +1,9 @@
 """Base class of the delays of inputs and outputs."""
 
+from collections.abc import Mapping
+
 from unmodelled.effects.added import Added
-from unmodelled.effects.effect import Effect
+from unmodelled.effects.effect import USUAL_PERIODS, Effect
 from unmodelled.effects.naming import fresh
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
@@ -16,7 +18,11 @@ _LONGEST = 0.2
 class Delay(Effect):
     """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`)."""
 
+    kind = "timing"
     complexity = 2.0
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        return dict.fromkeys(added.delays, USUAL_PERIODS * period)
 
     def add(self, system: System, place: Place, scales: Scales) -> Added:
         items = system.inputs if place.kind == "actuator" else system.outputs

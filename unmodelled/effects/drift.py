@@ -76,6 +76,7 @@ class ParameterDriftThatSettles(DriftAlongExperiments):
 class LoadDrift(PortEffect):
     """Load that grows linearly in time along every experiment; laws that give a reason are simpler."""
 
+    kind = "load"
     family = "drift"
     variant = "load"
     complexity = 3.2
@@ -88,6 +89,7 @@ class LoadDrift(PortEffect):
 class LoadDriftByOrder(PortEffect):
     """Load that grows by the same step from experiment to experiment."""
 
+    kind = "load"
     family = "drift"
     variant = "load_by_order"
     complexity = 3.4

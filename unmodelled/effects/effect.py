@@ -17,6 +17,23 @@ from unmodelled.effects.scales import Scales
 from unmodelled.effects.surroundings import surroundings
 from unmodelled.systems.model import Domain, Port, System
 
+#: Sampling periods by which signals are usually late, one standard deviation: a controller acts on the last
+#: sample, and its drive on the next one.
+USUAL_PERIODS = 3.0
+#: What a law is about, so that a reader knows what to look at: laws of one kind at one place are often one
+#: answer.
+LawKind = Literal[
+    "dry friction",
+    "damping",
+    "elasticity",
+    "play",
+    "load",
+    "number",
+    "drive",
+    "sensor",
+    "timing",
+    "curve",
+]
 #: What an effort does with the power that it takes out of the system: it loses it at every moment, or over a
 #: cycle of its position, or gives all of it back over a cycle.
 Power = Literal["lost", "lost over a cycle", "stored"]
@@ -48,6 +65,7 @@ class Effect(ABC):
         at_levels: whether it acts at levels of factors only; default False.
         may_be_far: whether it may be larger than any linear step shows, so that it is always fitted alone;
             default False.
+        kind: what the law is about.
     """
 
     family: str
@@ -56,6 +74,7 @@ class Effect(ABC):
     beside: ClassVar[frozenset[str]] = frozenset()
     at_levels: ClassVar[bool] = False
     may_be_far: ClassVar[bool] = False
+    kind: ClassVar[LawKind]
 
     @abstractmethod
     def places(self, system: System) -> tuple[Place, ...]:
@@ -83,6 +102,18 @@ class Effect(ABC):
         Raises:
             KeyError: if the system has no such place.
         """
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        """Return how large the numbers of the effect are in every log, as part of its measurement chain.
+
+        Args:
+            added: effect at a place.
+            period: sampling period in s.
+
+        Returns:
+            Standard deviations by number, in SI units; empty (default) for effects that most machines lack.
+        """
+        return {}
 
 
 class LawEffect(Effect):
@@ -113,6 +144,7 @@ class PortEffect(LawEffect):
         domains: kinds of ports (see `Port`) that the law makes sense for; default those of mechanics.
     """
 
+    kind: ClassVar[LawKind] = "curve"
     needs: ClassVar[tuple[Need, ...]] = ()
     power: ClassVar[Power | None] = None
     domains: ClassVar[tuple[Domain, ...]] = ("power",)
@@ -136,6 +168,8 @@ class PortEffect(LawEffect):
 class ActuatorEffect(LawEffect):
     """Change of an input between the log and the physics."""
 
+    kind: ClassVar[LawKind] = "drive"
+
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("actuator", item.name) for item in system.inputs)
 
@@ -150,12 +184,16 @@ class DriveEffect(ActuatorEffect):
 class SensorEffect(LawEffect):
     """Change of an output between the physics and the log."""
 
+    kind: ClassVar[LawKind] = "sensor"
+
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("sensor", item.name) for item in system.outputs)
 
 
 class ParameterEffect(LawEffect):
     """Parameter that is not constant; parameters marked as uncertain in the file are tried first."""
+
+    kind: ClassVar[LawKind] = "number"
 
     def places(self, system: System) -> tuple[Place, ...]:
         constant = (parameter for parameter in system.parameters if not parameter.per_experiment)

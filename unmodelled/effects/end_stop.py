@@ -17,6 +17,7 @@ class _EndStop(PortEffect):
     depth.
     """
 
+    kind = "elasticity"
     family = "end_stop"
     needs = ("position", "velocity")
     power = "lost over a cycle"

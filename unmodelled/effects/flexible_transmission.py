@@ -17,6 +17,7 @@ _RATIOS, _ALL_RATIOS = (0.05,), (1e-4, 2.0)
 
 
 class _OnSpring(BodyBehind):
+    kind = "play"
     family = "flexible_transmission"
     pushed = "omega_f**2*(x - x_b) + 2*zeta*omega_f*(v - v_b)"
     # of the body while the port stands still, as a tap on it with the drive held shows it

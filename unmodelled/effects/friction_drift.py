@@ -13,6 +13,7 @@ class DryFrictionDrift(PortEffect):
     Systems, Measurement, and Control 134, 2012).
     """
 
+    kind = "dry friction"
     family = "drift"
     variant = "dry_friction"
     complexity = 2.2
@@ -27,6 +28,7 @@ class DryFrictionDrift(PortEffect):
 class ViscousFrictionDrift(PortEffect):
     """Viscous friction that changes linearly in time along every experiment, beside one that does not."""
 
+    kind = "damping"
     family = "drift"
     variant = "viscous_friction"
     complexity = 2.2

@@ -14,6 +14,7 @@ class GravityLoad(PortEffect):
     Along a straight line a weight is a constant load.
     """
 
+    kind = "load"
     family = "gravity_load"
     complexity = 2.0
     needs = ("position",)

@@ -18,6 +18,7 @@ class _Hysteresis(PortEffect):
     speed, so that a simulation stays stable for short distances.
     """
 
+    kind = "dry friction"
     family = "hysteresis"
     needs = ("velocity",)
     power = "lost over a cycle"

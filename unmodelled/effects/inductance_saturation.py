@@ -12,6 +12,7 @@ _MOST = 0.95
 class InductanceSaturation(CoilEffect):
     """Inductance that falls with the current, from its value in the system file to less."""
 
+    kind = "number"
     family = "inductance_saturation"
     complexity = 2.5
     needs = ("velocity", "mass")

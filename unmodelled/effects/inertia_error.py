@@ -12,6 +12,7 @@ _SAID = {"armature": "armature + dM"}
 class InertiaError(PortEffect):
     """Error of the mass: an effort proportional to the acceleration of the port."""
 
+    kind = "number"
     family = "inertia_error"
     complexity = 1.5
     needs = ("velocity", "mass")
@@ -24,6 +25,7 @@ class InertiaError(PortEffect):
 class MassWithItsWeight(PortEffect):
     """Error of the mass of a port that moves up or down, together with the weight of that mass."""
 
+    kind = "number"
     family = "inertia_error"
     variant = "with_weight"
     complexity = 2.2

@@ -41,6 +41,7 @@ class ParameterByInput(ParameterEffect):
 class LoadByInput(PortEffect):
     """Load in proportion to an input that the known physics does not use, a temperature in degC."""
 
+    kind = "load"
     family = "input_dependence"
     variant = "load"
     complexity = 1.5

@@ -159,6 +159,19 @@ class Told:
 
 
 @dataclass(frozen=True)
+class Wave:
+    """Cosine amplitude and frequency beside a sine amplitude, told together as amplitude and phase.
+
+    Attributes:
+        cosine: name of the amplitude of the cosine.
+        times: number of waves per turn, or name of the law's number that is it.
+    """
+
+    cosine: str
+    times: str | float
+
+
+@dataclass(frozen=True)
 class Slope:
     """Slope of a fitted curve beyond an edge of the data; it follows from the fitted numbers.
 
@@ -208,8 +221,13 @@ class Law:
             its name (see `systems.robot.numbers`), in terms of these numbers and those of the law. What an
             amplitude adds that is in no value becomes a force of the supplement; default none.
         told: words of the trade instead of numbers of the law, by name; default: the numbers.
+        waves: waves over an angle by the name of the sine's amplitude, in whose place a phrase tells
+            amplitude and phase; default none.
         phrase: the effect in a few words with its numbers, by their names in braces; default "": the first
             number and the name of the family.
+        cycle: at a sensor, length in SI units of what it shows after which its error, a function of y alone,
+            comes again; inf for an error that does not. A table over a cycle, or over all logged values,
+            compensates such an error; default None: it cannot be compensated by what is shown.
     """
 
     text: str
@@ -223,7 +241,9 @@ class Law:
     slopes: Mapping[str, Slope] = field(default_factory=dict)
     robot: Mapping[str, str] = field(default_factory=dict)
     told: Mapping[str, Told] = field(default_factory=dict)
+    waves: Mapping[str, Wave] = field(default_factory=dict)
     phrase: str = ""
+    cycle: float | None = None
 
     @property
     def rates(self) -> Law | None:

@@ -12,6 +12,7 @@ SURROUNDINGS = "surroundings at {x_a}"
 class LinearLoss(BalanceEffect):
     """Loss in proportion to the level; no body loses heat towards 0 K."""
 
+    kind = "damping"
     family = "linear_loss"
     complexity = 1.0
     warm = False
@@ -23,6 +24,7 @@ class LinearLoss(BalanceEffect):
 class LossToKnownLevel(ToKnownSurroundings):
     """Exchange in proportion to the difference from a known level, such as the ambient temperature."""
 
+    kind = "damping"
     family = "linear_loss"
     complexity = 1.0
 
@@ -35,6 +37,7 @@ class LossToKnownLevel(ToKnownSurroundings):
 class LossToSurroundings(BalanceEffect):
     """Exchange in proportion to the difference from the level of the surroundings."""
 
+    kind = "damping"
     family = "linear_loss"
     variant = "to_surroundings"
     complexity = 2.0

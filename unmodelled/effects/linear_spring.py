@@ -11,6 +11,7 @@ _SAID = {"stiffness": "stiffness + k", "springref": "stiffness*springref/(stiffn
 class LinearSpring(PortEffect):
     """Spring without force at position zero; a negative stiffness pushes away from there, like a magnet."""
 
+    kind = "elasticity"
     family = "linear_spring"
     complexity = 1.0
     needs = ("position",)

@@ -12,6 +12,7 @@ MOST = 0.9
 class OfLoad(PortEffect):
     """Friction at a port whose load is known."""
 
+    kind = "dry friction"
     family = "load_friction"
     needs = ("velocity", "load")
     power = "lost"

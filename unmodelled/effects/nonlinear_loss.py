@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class NonlinearLoss(BalanceEffect):
     """Polynomial of order three about the middle of the levels."""
 
+    kind = "damping"
     family = "nonlinear_loss"
     complexity = 3.5
 

@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 
 
 class _Spring(PortEffect):
+    kind = "elasticity"
     family = "nonlinear_spring"
     needs = ("position",)
     power = "stored"

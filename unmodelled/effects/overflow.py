@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class Overflow(BalanceEffect):
     """Flow in proportion to the level above a threshold, as through a valve that opens."""
 
+    kind = "damping"
     family = "overflow"
     complexity = 2.0
     warm = False

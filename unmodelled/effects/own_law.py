@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import inf
 from typing import Any, get_args
 
 import numpy as np
@@ -229,7 +230,8 @@ class Law(LawEffect):
         fixed = {CREEP: laws.Fixed("v", creep(at).grid[0])} if self._uses(CREEP) else {}
         sizes = {name: number.si(1.0) for name, number in self.numbers.items()}
         own = {n: laws.Told(factor=1.0 / s, unit=self.numbers[n].unit) for n, s in sizes.items() if s != 1.0}
-        return laws.Law(self.formula, amplitudes, shapes, fixed, told=own)
+        cycle = inf if self.at == "sensor" else None  # its formula knows nothing but y
+        return laws.Law(self.formula, amplitudes, shapes, fixed, told=own, cycle=cycle)
 
     def check(self, system: System, scales: Scales) -> tuple[str, ...]:
         """Return the channels where the law can act, after a check of units and of `check_effect` there.

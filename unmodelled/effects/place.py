@@ -11,11 +11,12 @@ import sympy as sp
 
 from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.motion import is_inertial
+from unmodelled.effects.outputs import direct_input, rate_output
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.effects.surroundings import TEMPERATURE, surroundings
 from unmodelled.systems import units
 from unmodelled.systems.grammar import evaluate
-from unmodelled.systems.model import Input, Output, System, symbol
+from unmodelled.systems.model import System, symbol
 from unmodelled.systems.printing import printed
 from unmodelled.systems.quantities import Quantity
 from unmodelled.systems.scope import Value, scope_of
@@ -256,33 +257,6 @@ def _output(system: System, place: Place, scales: Scales) -> Site:
         return found
     u = _quantity(system, direct.name, symbol(direct.name), direct.unit, scales.of[direct.name])
     return replace(found, quantities={**found.quantities, "u": u})
-
-
-def rate_output(system: System, name: str) -> Output | None:
-    """Return the output that shows the time derivative of another one, as the speed of an encoder; or None.
-
-    Args:
-        system: system of the outputs.
-        name: name of the output whose rate is shown.
-    """
-    rates = dict(zip(system.x, system.dynamics, strict=True))
-    (expression,) = (o.expression for o in system.outputs if o.name == name)
-    moving = expression.free_symbols & rates.keys()
-    if not moving or not all(rates[x] in rates for x in moving):
-        return None
-    rate = sum((sp.diff(expression, x) * rates[x] for x in moving), sp.S.Zero)
-    return next((o for o in system.outputs if o.expression == rate), None)
-
-
-def direct_input(system: System, output: Output) -> Input | None:
-    """Return the only input that acts on an output at once, without a state between; None if there is none.
-
-    Args:
-        system: system of the output.
-        output: output of the system.
-    """
-    acting = [item for item in system.inputs if output.expression.has(symbol(item.name))]
-    return acting[0] if len(acting) == 1 else None
 
 
 def _parameter(system: System, place: Place, scales: Scales) -> Site:

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from math import pi
 from typing import ClassVar
 
-from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.effect import LawKind, PortEffect
 from unmodelled.effects.grids import creep, inside, waves
 from unmodelled.effects.law import Fixed, Law, Shape, positive
 from unmodelled.effects.place import Site
@@ -20,6 +20,7 @@ Level = tuple[str, dict[str, str], dict[str, Shape], dict[str, Fixed]]
 class _PositionDependentFriction(PortEffect):
     """Dry friction F(x)*sign(v), or viscous friction F(x)*v."""
 
+    kind: ClassVar[LawKind] = "dry friction"
     family = "position_dependent_friction"
     needs = ("position", "velocity")
     power = "lost"
@@ -58,6 +59,7 @@ class FrictionAlongTravel(_PositionDependentFriction):
 class ViscousFrictionAlongTravel(FrictionAlongTravel):
     """Viscous friction as a parabola over the travel, with the same three numbers as for dry friction."""
 
+    kind = "damping"
     variant = "viscous_along_travel"
     complexity = 3.6
     dry = False

@@ -8,6 +8,7 @@ from unmodelled.effects.place import Site
 class QuadraticDrag(PortEffect):
     """Drag proportional to the square of speed."""
 
+    kind = "damping"
     family = "quadratic_drag"
     complexity = 1.5
     needs = ("velocity",)

@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class RadiationToKnownLevel(ToKnownSurroundings):
     """Heat that a body radiates to surroundings whose temperature is known."""
 
+    kind = "damping"
     family = "radiation"
     complexity = 1.2
     warm = True
@@ -23,6 +24,7 @@ class RadiationToKnownLevel(ToKnownSurroundings):
 class Radiation(BalanceEffect):
     """Heat that a body radiates to its surroundings (Stefan and Boltzmann); only where the level is in K."""
 
+    kind = "damping"
     family = "radiation"
     complexity = 2.2
     warm = True

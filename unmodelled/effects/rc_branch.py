@@ -3,7 +3,8 @@
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, signed
-from unmodelled.effects.place import Place, Site, direct_input
+from unmodelled.effects.outputs import direct_input
+from unmodelled.effects.place import Place, Site
 from unmodelled.systems.model import System
 
 #: Of the longest experiment: the slowest time constant from which a fit starts, and the slowest of all.

@@ -11,6 +11,7 @@ _SHALLOW = 1e-3
 class RootOutflow(BalanceEffect):
     """Turbulent outflow in proportion to the square root of the level."""
 
+    kind = "damping"
     family = "root_outflow"
     complexity = 1.2
     warm = False

@@ -1,9 +1,23 @@
 """Scatter of a parameter, of the gain of an actuator, or of dry friction between experiments (chapter 3)."""
 
+from collections.abc import Mapping
+
+from unmodelled.effects.added import Added
 from unmodelled.effects.effect import ActuatorEffect, ParameterEffect, PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
+from unmodelled.systems.units import SECOND, Dimension, parse_unit
+
+
+def is_lossy(dimension: Dimension) -> bool:
+    """Return whether numbers of a dimension lose power: N s/m, ohm and W/K do, kg, N/m, H and J/K do not.
+
+    Reversing the time changes their sign, so that they hold an odd power of the second; so do pure times.
+    """
+    second = SECOND.index(1)
+    alone = all(power == 0 for k, power in enumerate(dimension) if k != second)
+    return dimension[second] % 2 == 1 and not alone
 
 
 class Scatter(ParameterEffect):
@@ -16,6 +30,11 @@ class Scatter(ParameterEffect):
 
     family = "scatter"
     complexity = 4.5
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        """Losses change between experiments, with temperature and load; masses and stiffnesses do not."""
+        unit = next(p.unit for p in added.system.parameters if p.name == added.place.name)
+        return dict(added.priors) if is_lossy(parse_unit(unit).dimension) else {}
 
     def law(self, at: Site) -> Law:
         deviation = f"{at.place.name}_deviation"
@@ -33,6 +52,10 @@ class GainScatter(ActuatorEffect):
     variant = "gain"
     complexity = 4.5
 
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        """Supplies vary."""
+        return dict(added.priors)
+
     def law(self, at: Site) -> Law:
         return Law("(1 + g)*u", {"g": Amplitude("u", 0.1, (-0.5, 0.5))}, per_experiment=True)
 
@@ -43,6 +66,7 @@ class FrictionScatter(PortEffect):
     There is one number per experiment, the deviation from a dry friction that all experiments share.
     """
 
+    kind = "dry friction"
     family = "scatter"
     variant = "dry_friction"
     complexity = 4.5

@@ -16,6 +16,7 @@ class SelfHeating(CoilEffect):
     (Hughes and Drury, Electric Motors and Drives, 2019).
     """
 
+    kind = "number"
     family = "self_heating"
     complexity = 2.5
     power = "lost"

@@ -1,8 +1,14 @@
 """Gain error of a sensor."""
 
+from collections.abc import Mapping
+
+from unmodelled.effects.added import Added
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
+
+#: Standard deviation of the gains of sensors as they are calibrated: a few percent.
+CALIBRATION = 0.03
 
 
 class SensorGain(SensorEffect):
@@ -10,6 +16,9 @@ class SensorGain(SensorEffect):
 
     family = "sensor_gain"
     complexity = 1.2
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        return dict.fromkeys(added.amplitudes, CALIBRATION)
 
     def law(self, at: Site) -> Law:
         if not (zero := at.zero("y")):

@@ -12,6 +12,7 @@ _TIMES, _LONGEST = 6, 0.05
 class SensorLag(SensorEffect):
     """First-order low-pass filter of the sensor, such as of a speed that a drive has smoothed."""
 
+    kind = "timing"
     family = "sensor_lag"
     complexity = 2.0
 

@@ -1,8 +1,14 @@
 """Offset of a sensor."""
 
+from collections.abc import Mapping
+
+from unmodelled.effects.added import Added
 from unmodelled.effects.effect import SensorEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site
+
+#: Standard deviation of the zeros of sensors, in the plausible size of an offset, a tenth of the signal.
+USUAL_SIZES = 0.3
 
 
 class SensorOffset(SensorEffect):
@@ -10,6 +16,9 @@ class SensorOffset(SensorEffect):
 
     family = "sensor_offset"
     complexity = 1.2
+
+    def usual(self, added: Added, period: float) -> Mapping[str, float]:
+        return {name: USUAL_SIZES * added.scales[name] for name in added.amplitudes}
 
     def law(self, at: Site) -> Law:
         return Law("y + y_0", {"y_0": signed("1", 0.1 * at["y"].rms)})

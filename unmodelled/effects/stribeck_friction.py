@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class StribeckFriction(PortEffect):
     """Dry friction with a Gaussian Stribeck curve; F_b is the breakaway force minus the Coulomb level."""
 
+    kind = "dry friction"
     family = "stribeck_friction"
     complexity = 3.0
     needs = ("velocity",)

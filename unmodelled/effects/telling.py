@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from unmodelled.base.wording import amounts
 from unmodelled.effects.added import Added
 from unmodelled.effects.law import Told
 from unmodelled.systems.model import Input, Logged, Output, System
 from unmodelled.systems.units import LoggedUnit
 
 PLAIN = Told()
+#: How often a wave comes in a turn, in words.
+_TIMES = {"1": "once", "2": "twice"}
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,23 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
     shown = tuple((told.factor * value + told.shift - unit.offset) / unit.factor for value in values)
     whole = None if told.whole is None else told.whole / unit.factor
     return Said(told.symbol.format(name), told.words, shown, unit.text, whole)
+
+
+def told_wave(added: Added, name: str, values: Mapping[str, float], digits: int) -> str:
+    """Return amplitude, frequency and phase of a wave in words, by the name of the amplitude of its sine.
+
+    Args:
+        added: effect with the wave.
+        name: name of the amplitude of the sine.
+        values: numbers of the effect in SI units, by name.
+        digits: significant digits of the amplitude; the phase has whole degrees.
+    """
+    wave, sine = added.waves[name], values[name]
+    cosine, times = values[wave.cosine], wave.times if isinstance(wave.times, float) else values[wave.times]
+    size = said(added, name, (math.hypot(sine, cosine),))
+    top = round(math.degrees(math.atan2(sine, cosine)) / times) % (360.0 / times)
+    often = _TIMES.get(f"{times:.3g}", f"{times:.3g} times")
+    return f"{amounts(size.values, size.unit, digits)[0]} {often} per turn, largest at {top:.0f}\u00a0deg"
 
 
 def scale(added: Added, name: str) -> tuple[str, str, float, float] | None:

@@ -13,6 +13,7 @@ _MOST = 64
 class TorqueRipple(PortEffect):
     """Sine wave over position, of at least one period over the travel; add it again for a second wave."""
 
+    kind = "load"
     family = "torque_ripple"
     complexity = 3.0
     needs = ("position",)

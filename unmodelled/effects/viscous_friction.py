@@ -9,6 +9,7 @@ from unmodelled.effects.place import Site
 class ViscousFriction(PortEffect):
     """Friction proportional to speed, equal in both directions."""
 
+    kind = "damping"
     family = "viscous_friction"
     complexity = 1.0
     needs = ("velocity",)

@@ -17,6 +17,7 @@ from unmodelled.logs.alive import check_alive, check_size, is_dead
 from unmodelled.logs.clock import (
     LONGEST_GAP,
     TOLERANCE,
+    UNIFORM,
     Kind,
     check_time,
     common_period,
@@ -76,8 +77,9 @@ def assembled(
     logs: Sequence[Columns],
     provenance: Mapping[str, Any],
     faults: Faults,
+    cure: bool = True,
 ) -> M:
-    """Return logs of a kind on one uniform clock, with states."""
+    """Return logs of a kind on one uniform clock, with states; `cure`: whether faults are cured."""
     found = Faults()
     check_alive(system, logs, faults)
     with found.collected():
@@ -86,12 +88,13 @@ def assembled(
     with found.collected():
         faults.check()
     found.check()
-    logs, looked = inspected(system, list(experiments["id"]), logs)
-    experiments, logs, cuts = _without_gaps(system, experiments, logs)
+    seen = inspected(system, list(experiments["id"]), logs, cure)
+    experiments, logs, cuts = _without_gaps(system, experiments, seen.logs)
     experiments, notes = with_constants(system, experiments, _places(table.path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
-    notes = [*notes, *sentences(looked), *cuts]
-    return prepare(system, _measurements(kind, system, experiments, logs, period, notes, provenance))
+    notes = [*notes, *sentences(seen.found), *cuts]
+    read = _measurements(kind, system, experiments, logs, period, notes, provenance)
+    return prepare(system, replace(read, limits=seen.limits))
 
 
 def _places(path: Path, experiments: pd.DataFrame) -> list[str]:
@@ -252,7 +255,7 @@ def _moved(ids: Sequence[str], logs: Sequence[Columns], moves: Sequence[float], 
             f"the sampling periods of the logs differ, {min(periods):.6g} to {max(periods):.6g} s: all logs "
             f"were read every {period:.6g} s by interpolation"
         ]
-    moved = np.count_nonzero(moves)
+    moved = np.count_nonzero(np.array(moves) > UNIFORM)
     if not moved:
         return []
     worst = int(np.argmax(moves))

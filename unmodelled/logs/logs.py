@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ GROUPS = ("outputs", "inputs", "states", "constants")
 ORIGIN = {"data": "measured", "description": "data frames"}
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
+SHAPE |= {"limits?": {"*": [(float, None)]}}
 
 
 class Logs(Measurements):
@@ -57,6 +58,8 @@ class Logs(Measurements):
         continues: experiment that every experiment continues, None where a record begins; empty where none
             continues another. States that no output shows go on from there.
         source: folder that the logs were read from, "" where there is none.
+        limits: smallest and largest value of outputs whose sensor ends there, by name, infinite where there
+            is no end; samples at them are not compared.
     """
 
     @classmethod
@@ -113,6 +116,7 @@ class Logs(Measurements):
             **{"period": self.period, "measured": list(self.measured), "notes": list(self.notes)},
             "delays": list(self.delays),
             "continues": [list(before) if before else [] for before in self.continues],
+            "limits": {name: [_written(end) for end in ends] for name, ends in self.limits.items()},
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
 
@@ -178,7 +182,18 @@ class Logs(Measurements):
             # a store that does not say after which delays its inputs act was written for this system
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
             continues=continues if any(continues) else (),
+            limits={name: _ends(ends) for name, ends in header.get("limits", {}).items()},
         )
+
+
+def _written(end: float) -> float | None:
+    """Return an end of a range as JSON has it: null where there is none."""
+    return end if np.isfinite(end) else None
+
+
+def _ends(written: Sequence[float | None]) -> tuple[float, float]:
+    low, high = written
+    return -np.inf if low is None else low, np.inf if high is None else high
 
 
 def _stored(folder: Path, system: System) -> tuple[Campaign, dict[str, Any], dict[str, Any]]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.arrays import Array, Indices
 from unmodelled.base.errors import BadInput, Faults, closest
 from unmodelled.logs.assembly import assembled, checked_in_si
+from unmodelled.logs.cells import shown
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
@@ -32,12 +33,14 @@ from unmodelled.logs.record import (
     in_order,
     parts_of,
 )
-from unmodelled.logs.signals import Channel, channels_of
+from unmodelled.logs.signals import Channel, as_written, channels_of, leading
 from unmodelled.logs.table import Columns, TextTable
 from unmodelled.systems.model import System
 
 #: Characters of a cell that name a part of a record; a number tells parts apart whose names are equal so far.
 LONGEST = 100
+#: Cells of a column (rows,), as text.
+Texts = NDArray[np.object_]
 #: Cells of an experiment in the table (id, file and constants of the mapping), and its log.
 _Experiment = tuple[list[str], Columns]
 
@@ -71,7 +74,7 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     rows = list(enumerate((cells for cells, _ in found), start=1))
     table = TextTable(Path(f"{path}: experiments"), ["id", "file", *mapping.constants], rows)
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
-    logs_of = assembled(Logs, system, table, logs, origin, faults)
+    logs_of = assembled(Logs, system, table, logs, origin, faults, mapping.cure)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 
@@ -116,22 +119,28 @@ def _experiments(
     name: str, record: Record, channels: Sequence[Channel], told: Counter[str], files: int
 ) -> list[_Experiment]:
     """The experiments in one file: its parts with equal values of a column, cut to length."""
-    base, values = record.numbers(channels[0].signal.column)
+    channels, on_change = as_written(record, channels)
+    if on_change:
+        how = "is" if len(on_change) == 1 else "are"
+        told.setdefault(f"{', '.join(on_change)} {how} written on change; if not, write 'hold: false'", 0)
+    first = leading(channels)
+    base, values = record.numbers(first.signal.column)
     t = record.clock(base.table)
     told.update(dict.fromkeys(sorted(record.assumed), 0))
-    usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
+    usable = np.flatnonzero(np.isfinite(t) & base.entries(values, first.signal.column.hold))
     if not len(usable):
         column = record.mapping.time.column if record.mapping.time else None
-        node = column.node if column else channels[0].signal.column.node
+        node = column.node if column else first.signal.column.node
         raise node.wrong(
-            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].item.name}: "
+            f"{record.path}: no row has a time below {LATEST:g} s and a value of {first.item.name}: "
             "check the columns, and the unit of the time"
         )
     unusable = len(t) - len(usable)
-    _tell(told, f"rows without a time or a value of {channels[0].item.name}, left out", unusable)
+    _tell(told, f"rows without a time or a value of {first.item.name}, left out", unusable)
+    _tell_words(record, channels, told)
     found = []
     for label, rows in _split(name, record, base, t, usable, files, told):
-        ordered, late, repeated = in_order(t, rows)
+        ordered, late, repeated = in_order(t, rows, first.signal.column.hold)
         check_coarse(str(record.path), repeated, len(rows))
         _tell(told, "rows out of order, sorted by time", late)
         _tell(told, "rows that repeat a time stamp, left out", repeated)
@@ -177,8 +186,13 @@ def _split(
 def _log(
     record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Indices, told: Counter[str]
 ) -> Columns:
-    """The signals of one experiment at the instants of the first one."""
-    others = [channel.series(record, base, t, rows) for channel in channels]
+    """The signals of one experiment at the instants of the first output, or at uniform ones if all hold."""
+    instants = t[rows]
+    if leading(channels).signal.column.hold:
+        instants = np.linspace(t[rows[0]], t[rows[-1]], len(rows))
+        rate = f"every {instants[1] - instants[0]:.4g} s, as often as {base.name} is written on average"
+        told.setdefault(f"signals that hold from row to row were read {rate}", 0)
+    others = [channel.series(record, base, t, rows, instants) for channel in channels]
     inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
     for channel, (_, how) in zip(channels, others, strict=True):
         if how:
@@ -187,10 +201,11 @@ def _log(
     _tell(told, "rows at which a signal of another clock has no value, left out", missed)
     if not inside.any():
         raise BadInput(f"{record.path}: its signals have no time in common: check the clocks of their tables")
-    values = {"t": from_start(t[rows][inside])}
+    values = {"t": from_start(instants[inside])}
     values |= {c.item.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
     place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
-    return Columns(place, values, header=False, rows=base.table.numbered(rows[inside]))
+    before = rows[np.searchsorted(t[rows], instants[inside], "right") - 1]
+    return Columns(place, values, header=False, rows=base.table.numbered(before))
 
 
 def _cut(name: str, log: Columns, length: float | None, told: Counter[str]) -> list[tuple[str, Columns]]:
@@ -225,11 +240,10 @@ def _described(record: Record, base: Found, rows: Indices, t: Array, column: Col
         return column.of(record.path)
     found = record.find(column)
     cells = _texts(found)
-    if len(found.table) == len(base.table):
+    if column.hold or (found.table.clock is not None and len(found.table) != len(base.table)):
+        cells = _during(cells, record.clock(found.table), t[rows[[0, -1]]])
+    elif len(found.table) == len(base.table):
         cells = cells[rows]
-    elif found.table.clock is not None:
-        last = np.searchsorted(found.table.clock, t[rows[[0, -1]]], "right") - 1
-        cells = cells[max(last[0], 0) : max(last[1], 0) + 1]
     values = list(dict.fromkeys(cells[cells != ""].tolist()))
     if len(values) != 1:
         got = f"it changes from {values[0]} to {values[1]}" if values else "it is empty"
@@ -237,7 +251,15 @@ def _described(record: Record, base: Found, rows: Indices, t: Array, column: Col
     return str(values[0])
 
 
-def _texts(found: Found) -> NDArray[np.object_]:
+def _during(cells: Texts, clock: Array, ends: Array) -> Texts:
+    """The cells (rows,) that hold between two instants `ends`, s, the one from before among them."""
+    filled = np.flatnonzero((cells != "") & np.isfinite(clock))
+    order = filled[np.argsort(clock[filled], kind="stable")]
+    first, last = np.searchsorted(clock[order], ends, "right") - 1
+    return cells[order][max(first, 0) : max(last, 0) + 1]
+
+
+def _texts(found: Found) -> Texts:
     """The cells of a column as text, numbers as short as they are exact; "" where there is none.
 
     Equal cells are one object, or a text in every row would take its length times the rows.
@@ -252,6 +274,15 @@ def _texts(found: Found) -> NDArray[np.object_]:
 def _shortest(value: float) -> str:
     short = f"{value:g}"
     return short if float(short) == value else repr(value)
+
+
+def _tell_words(record: Record, channels: Sequence[Channel], told: Counter[str]) -> None:
+    """Count the words among the numbers of signals that hold, for notes."""
+    for channel in (each for each in channels if each.signal.column.hold):
+        found = record.find(channel.signal.column)
+        for word, count in Counter(found.words.values()).most_common(NAMES):
+            name = channel.item.name
+            _tell(told, f"rows in which {name} is {shown(word)}, missing until its next number", count)
 
 
 def _tell(told: Counter[str], text: str, count: int) -> None:

@@ -33,6 +33,8 @@ class Column:
 
     name: str
     node: Node  # place in the mapping, for messages
+    hold: bool = False  # it is written when it changes: a value holds until the next row
+    given: bool = False  # whether the mapping says if it holds
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class LogMapping:
     split_by: Column | None  # its runs of equal values are the experiments
     cut: float | None  # length of the parts of every experiment, s
     constants: Mapping[str, Column | ByFile | str]  # of the operating point, and other descriptions
+    cure: bool  # whether faults of single channels are cured, not told only
     node: Node  # top of the file, for messages
 
     def paths(self) -> dict[str, Path]:
@@ -129,7 +132,9 @@ def read_mapping(path: Path) -> LogMapping:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    keys = root.fields(("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants"))
+    keys = root.fields(
+        ("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants", "cure")
+    )
     signals = {name: _signal(node) for name, node in keys["signals"].entries().items()}
     if not signals:
         raise keys["signals"].wrong("is empty: name a column for every input and output of the system file")
@@ -145,6 +150,7 @@ def read_mapping(path: Path) -> LogMapping:
             name: _constant(node)
             for name, node in (keys["constants"].entries() if "constants" in keys else {}).items()
         },
+        cure=keys["cure"].boolean() if "cure" in keys else True,
         node=root,
     )
 
@@ -160,7 +166,7 @@ def _patterns(node: Node, example: str) -> tuple[str, ...]:
 def _signal(node: Node) -> Signal:
     if isinstance(node.content, str):
         return Signal(Column(node.content, node))
-    keys = node.fields(("column",), ("unit", "sign", "scale", "offset"))
+    keys = node.fields(("column",), ("unit", "sign", "scale", "offset", "hold"))
     unit = keys["unit"].text() if "unit" in keys else None
     if unit is not None:
         try:
@@ -174,7 +180,13 @@ def _signal(node: Node) -> Signal:
     if scale == 0.0:
         raise keys["scale"].wrong("must not be 0: the signal would be lost")
     offset = _number(keys["offset"]) if "offset" in keys else 0.0
-    return Signal(Column(keys["column"].text(), keys["column"]), unit, sign * scale, offset)
+    return Signal(_column(keys), unit, sign * scale, offset)
+
+
+def _column(keys: Mapping[str, Node]) -> Column:
+    """A column by its entries `column` and `hold`."""
+    hold = "hold" in keys and keys["hold"].boolean()
+    return Column(keys["column"].text(), keys["column"], hold, "hold" in keys)
 
 
 def _number(node: Node) -> float:
@@ -224,11 +236,13 @@ def _quantity(node: Node, example: str, kind: str) -> float:
 def _constant(node: Node) -> Column | ByFile | str:
     if not isinstance(node.content, dict):
         return node.text()
-    keys = node.fields((), ("column", "files"))
+    keys = node.fields((), ("column", "files", "hold"))
     if ("column" in keys) == ("files" in keys):
         raise node.wrong("must have either 'column' or 'files'")
     if "column" in keys:
-        return Column(keys["column"].text(), keys["column"])
+        return _column(keys)
+    if "hold" in keys:
+        raise keys["hold"].wrong("belongs to 'column': remove it")
     values = {pattern: value.text() for pattern, value in keys["files"].entries().items()}
     if not values:
         raise keys["files"].wrong("is empty: write a value for every pattern, such as {'*load*': 1, '*': 0}")

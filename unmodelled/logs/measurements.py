@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 import numpy as np
 import pandas as pd
 
-from unmodelled.base.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.systems.model import System
 
 Names = tuple[str, ...]
@@ -61,6 +61,9 @@ class Measurements:
     #: Experiment that every one continues, None where a record begins; (): none does.
     continues: tuple[Continued | None, ...] = ()
     source: str = field(default="", compare=False)
+    #: Smallest and largest value of outputs by name, infinite where there is none: samples there measure
+    #: nothing and are not compared.
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -89,6 +92,14 @@ class Measurements:
     def owner(self) -> Indices:
         """Number of the experiment of every sample, shape (samples,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.offsets))
+
+    @cached_property
+    def left_out(self) -> Mask | None:
+        """Samples at the end of an output's range, shape (samples, outputs); None if there are none."""
+        if not set(self.limits) & set(self.outputs):
+            return None
+        low, high = np.array([self.limits.get(name, (-np.inf, np.inf)) for name in self.outputs]).T
+        return np.asarray((self.y <= low) | (self.y >= high))
 
     def rows(self, i: int) -> slice:
         """Return the rows of experiment number `i`."""

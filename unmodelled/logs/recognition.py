@@ -9,6 +9,8 @@ from pathlib import Path
 from unmodelled.base.errors import BadInput, Faults, nearest
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+#: A binary log that begins with lines of text.
+BLACKBOX = b"H Product:Blackbox"
 #: First bytes of files that loggers and offices write, what they are, and what to do with them.
 FORMATS = (
     (b"\x1f\x8b", "a gzip file", "unpack it with gunzip"),
@@ -26,6 +28,8 @@ FORMATS = (
     (b"\xff\xfe", "UTF-16 text", "save it as UTF-8"),
     (b"\xfe\xff", "UTF-16 text", "save it as UTF-8"),
     (b"PAR1", "a Parquet file", "save it as CSV"),
+    (b"\xa3\x95\x80\x80", "a binary log of ArduPilot", "convert it to a text log (.log)"),
+    (BLACKBOX, "a binary log of Blackbox", "export it as CSV, with blackbox_decode or the viewer"),
 )
 #: What the beginning of a zip archive contains whose first bytes do not tell what it is.
 ZIPS = (

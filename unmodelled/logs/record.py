@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
 
-from unmodelled.base.arrays import Array, Indices
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -45,6 +45,17 @@ class Found:
     def unit(self) -> str | None:
         """Unit as the file writes it; None where it has none."""
         return self.table.units.get(self.name)
+
+    @property
+    def words(self) -> Mapping[int, str]:
+        """Words among the numbers of the column, such as "unavailable", by row."""
+        return self.table.words.get(self.name, {})
+
+    def entries(self, values: Array, hold: bool) -> Mask:
+        """Return whether rows (rows,) count: those with a finite value, and words that end one that holds."""
+        known = np.isfinite(values)
+        known[list(self.words) if hold else []] = True
+        return known
 
 
 class Record:
@@ -171,17 +182,18 @@ def parts_of(t: Array, rows: Indices) -> list[Indices]:
     return [*parts, rows[start:]]
 
 
-def in_order(t: Array, rows: Indices) -> tuple[Indices, int, int]:
+def in_order(t: Array, rows: Indices, hold: bool = False) -> tuple[Indices, int, int]:
     """Return rows (rows,) in the order of time, of equal stamps the last; and how many were late or equal.
 
     Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up
     arrive together, and a curve through all of them would be steep. The last of them is the least late.
+    Of values that hold, only equal stamps are: they have no period, and a short pulse counts.
     """
     late = int(np.count_nonzero(np.diff(t[rows]) < 0.0))
     ordered = rows[np.argsort(t[rows], kind="stable")] if late else rows
     steps = np.diff(t[ordered])
     new = steps > 0.0
-    apart = steps > TOGETHER * np.median(steps[new]) if new.any() else new
+    apart = steps > TOGETHER * np.median(steps[new]) if new.any() and not hold else new
     if np.count_nonzero(~apart) <= COARSE * len(rows):  # otherwise bursts are how the recorder writes
         new = apart
     last = np.concatenate([new, [True]])

@@ -61,6 +61,17 @@ def numpy_system_function(
     return function
 
 
+def numpy_function(expression: sp.Expr, *symbols: sp.Symbol) -> Callable[..., Array]:
+    """Return a NumPy function that evaluates an expression without tables; its arguments broadcast."""
+    code = _code((expression,), symbols, ())
+
+    def function(*values: Any) -> Array:
+        (value,) = code(*values)
+        return np.array(np.broadcast_arrays(value, *values)[0], np.float64)
+
+    return function
+
+
 def vanishes(expression: sp.Expr) -> bool:
     """Return whether an expression is zero, but for rounding, at random values of its symbols.
 

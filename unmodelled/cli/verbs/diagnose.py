@@ -23,12 +23,13 @@ def diagnose(
 
     `out` holds `diagnosis.json` (verdict, effects with numbers and intervals, place of the gap, compared
     candidates), `augmented_system.yaml` (the system with the identified laws; `simulate` takes it with the
-    same logs), `figures`, the `tables` of the figures, and `index.html`, a page on the whole answer in
-    which the machine can be simulated. A system file that has impossible numbers or follows whole held-out
-    runs worse than the given one is not written, and the answer says why. Into a new folder the answer is
-    written first, an older one is replaced in the end; if a figure cannot be drawn, a note in the answer says
-    so. If a fault of the logs, such as a wrong unit or sign, explains most of the gap, the verdict is
-    check_logs and no effect is searched.
+    same logs), `compensation_<output>.csv` (what to add to a sensor whose error a table compensates),
+    `figures`, the `tables` of the figures, and `index.html`, a page on the whole answer in which the machine
+    can be simulated. A system file that has impossible numbers or follows whole held-out runs worse than the
+    given one is not written, and the answer says why. Into a new folder the answer is written first, an older
+    one is replaced in the end; if a figure cannot be drawn, a note in the answer says so. If a fault of the
+    logs, such as a wrong unit or sign, explains most of the gap, the verdict is check_logs and no effect is
+    searched.
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.

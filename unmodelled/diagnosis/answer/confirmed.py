@@ -27,8 +27,9 @@ MOST_BETWEEN = 3
 #: Share that equal and opposite efforts beside named effects may leave of what only two efforts explain: the
 #: named effects leave errors of their own.
 BESIDE = 0.5
-#: Share of the squared gap of all experiments, in the output where it is largest, that an effect explains at
-#: least: a twentieth is less than what any repeat of the experiments varies.
+#: Share of the squared error of all experiments without an effect, in the output where it is largest, that
+#: the effect removes at least: a twentieth is less than what any repeat of the experiments varies. Little
+#: beside a far larger effect may still be all of the rest: dry friction beside gravity.
 SMALLEST_SHARE = 0.05
 
 
@@ -97,7 +98,7 @@ def _between(search: EffectSearch, pairs: Pairs) -> tuple[EffectSearch, tuple[st
 
 
 def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
-    """The best candidate, of whose effects each explains a share of the squared gap of all experiments."""
+    """The best candidate, of whose effects each lowers the error of all experiments by a share."""
     candidates = search.run()
     search.progress("judge the models on all experiments")
     best, small = _of_size(search, candidates.fits[candidates.named()])
@@ -130,10 +131,10 @@ def _less_doubtful(search: EffectSearch, best: FittedHypothesis, before: Gap) ->
 
 def _of_size(search: EffectSearch, fitted: FittedHypothesis) -> tuple[FittedHypothesis, list[Added]]:
     """A hypothesis without the effects that explain too little of the gap, and these, the smallest first."""
-    whole, small = gap_of_all_runs(search.base), list[Added]()
+    small = list[Added]()
     while effects := fitted.hypothesis.removable:
         gap = gap_of_all_runs(fitted)
-        each = [(_share(whole, gap_of_all_runs(search.without(fitted, e)), gap), e) for e in effects]
+        each = [(_share(gap_of_all_runs(search.without(fitted, e)), gap), e) for e in effects]
         share, least = min(each, key=lambda one: one[0])
         if share >= SMALLEST_SHARE:
             break
@@ -141,15 +142,13 @@ def _of_size(search: EffectSearch, fitted: FittedHypothesis) -> tuple[FittedHypo
     return fitted, small
 
 
-def _share(whole: Gap, without: Gap, gap: Gap) -> float:
-    """Largest share over the outputs of the squared gap `whole` by which an effect lowers it.
+def _share(without: Gap, gap: Gap) -> float:
+    """Largest share over the outputs by which an effect lowers the squared gap `without` it.
 
     Friction in one of six joints matters to the outputs of this joint, however much others are off.
     """
     shares = (
-        (without.per_output[name] ** 2 - value**2) / whole.per_output[name] ** 2
-        for name, value in gap.per_output.items()
-        if whole.per_output[name] > 0.0
+        1.0 - (gap.per_output[name] / value) ** 2 for name, value in without.per_output.items() if value > 0.0
     )
     return max(shares, default=0.0)
 
@@ -187,7 +186,7 @@ def small_effects(small: Iterable[Added], said: Iterable[Added]) -> list[str]:
     keys = {effect.key for effect in said}
     each = dict.fromkeys(named(effect) for effect in small if effect.key not in keys)
     return [
-        f"{name} explains less than {100.0 * SMALLEST_SHARE:g} % of the squared gap of all experiments, "
+        f"{name} lowers the squared error of all experiments by less than {100.0 * SMALLEST_SHARE:g} %, "
         "which is too little to be named"
         for name in each
     ]

@@ -11,6 +11,7 @@ from typing import Any
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.augmented import write_augmented
+from unmodelled.diagnosis.answer.compensation import write_compensations
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
 from unmodelled.diagnosis.answer.robot_file import RobotFile
@@ -54,11 +55,12 @@ class Findings:
     def write(
         self, folder: Path, *, sources: Mapping[str, str] | None = None, machine: bool = True
     ) -> dict[str, Any]:
-        """Write diagnosis.json, augmented_system.yaml and the robot file, then the tables."""
+        """Write diagnosis.json, augmented_system.yaml, robot file and compensations, then the tables."""
         if self.exported:
             write_augmented(self.diagnosis, folder)
         if self.robot is not None:
             self.robot.write(folder)
+        write_compensations(self.diagnosis, folder)
         content = self.content | ({"sources": dict(sources)} if sources else {})
         write_json(folder / SUMMARY, content)
         tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731

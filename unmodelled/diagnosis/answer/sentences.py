@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from unmodelled.base.sure_numbers import doubt, remark
-from unmodelled.base.wording import level_name
+from unmodelled.base.wording import level_name, place_name
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.gates.refusal import Refusal
@@ -70,6 +70,8 @@ def _verdict(content: Entry) -> Iterator[str]:
         if text := effect.get("text"):
             yield f"    {text}"
         yield from (f"    {line}" for line in numbers_of(effect))
+        if table := effect.get("compensation"):
+            yield f"    {table}: what to add to {place_name(effect['port'])}, by the value that is shown"
         if effect["indistinguishable"]:
             others = ", ".join(map(_label, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from unmodelled.base.answers import SCHEMA
 from unmodelled.base.wording import amounts, part_of
+from unmodelled.diagnosis.answer.compensation import compensations, file_of, is_compensated
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
 from unmodelled.diagnosis.gates.refusal import Refusal
@@ -17,7 +18,7 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
-from unmodelled.effects.telling import Said, said
+from unmodelled.effects.telling import Said, said, told_wave
 
 if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
     from unmodelled.diagnosis.answer.robot_file import RobotFile
@@ -34,7 +35,8 @@ def summary(
     """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
     Beside the entries of the contract it has: `text` of an effect, and `shown` of its numbers and of the
-    errors of an output, as a person says them in the units of the logs, where that differs; `remarks` of a
+    errors of an output, as a person says them in the units of the logs, where that differs; `compensation` of
+    an effect, the name of the table that compensates the error of its sensor; `remarks` of a
     number that is doubtful, their kinds (`Remark`); `only_with`, the effects without which an effect hardly
     lowers the error; `variant` of
     an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
@@ -45,7 +47,7 @@ def summary(
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
     """
-    ports = _ports(diagnosis)
+    ports, files = _ports(diagnosis), compensations(diagnosis)
     content = {
         "schema": SCHEMA,
         "system": diagnosis.system.name,
@@ -53,7 +55,7 @@ def summary(
         "verdict": diagnosis.verdict,
         "confidence": diagnosis.confidence,
         "chance": diagnosis.chance,
-        "effects": [_effect(found, ports) for found in diagnosis.effects],
+        "effects": [_effect(found, ports, files) for found in diagnosis.effects],
         "remainder": _remainder(diagnosis),
         "where": {
             name: list(getattr(where, name)) for name in ("channels", "regions", "factors", "experiments")
@@ -79,15 +81,16 @@ def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
 
-def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
+def _effect(found: DiagnosedEffect, ports: Ports, files: Collection[str] = ()) -> dict[str, Any]:
     numbers = {
         name: {"value": estimate.value} | _about(estimate) for name, estimate in found.estimates.items()
     }
     numbers |= {name: _own(found.added.units[name], values) for name, values in found.own.items()}
-    text = _phrase(found)
+    text, file = _phrase(found), file_of(found.added) if is_compensated(found) else ""
     return _named(found.added, ports) | {
         "law": found.added.law,
         **({"text": text} if text else {}),
+        **({"compensation": file} if file in files else {}),
         "parameters": {name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()},
         "confidence": found.confidence,
         "shrink": found.shrink,
@@ -112,9 +115,19 @@ def _phrase(found: DiagnosedEffect) -> str:
     """An effect in a few words with its numbers; "" where its law has none, or a number is doubtful."""
     text, numbers = found.added.phrase, found.estimates
     named = {name for name in numbers if f"{{{name}}}" in text}
-    if not text or text.count("{") != len(named) or not all(numbers[name].sure for name in named):
+    waves = (wave for name, wave in found.added.waves.items() if name in named)
+    beside = {str(name) for wave in waves for name in (wave.cosine, wave.times)} & numbers.keys()
+    if not text or text.count("{") != len(named) or not all(numbers[name].sure for name in named | beside):
         return ""
-    return text.format_map({name: _amount(said(found.added, name, (numbers[name].value,))) for name in named})
+    return text.format_map({name: _told(found, name) for name in named})
+
+
+def _told(found: DiagnosedEffect, name: str) -> str:
+    """A number of an effect with its unit, or the wave of which it is the amplitude of the sine."""
+    values = {n: estimate.value for n, estimate in found.estimates.items()}
+    if name in found.added.waves:
+        return told_wave(found.added, name, values, SAID_DIGITS)
+    return _amount(said(found.added, name, (values[name],)))
 
 
 def _amount(number: Said) -> str:

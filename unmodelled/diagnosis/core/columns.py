@@ -20,7 +20,8 @@ from unmodelled.effects.effect import Effect, LawEffect
 from unmodelled.effects.extrapolation import continued
 from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
-from unmodelled.effects.place import Place, Site, rate_output, site
+from unmodelled.effects.outputs import rate_output
+from unmodelled.effects.place import Place, Site, site
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.
@@ -121,9 +122,10 @@ class Columns:
     @cached_property
     def open(self) -> Group:
         """Return what every model leaves open: uncertain parameters, input timing, numbers of its effects."""
-        return self._group((self._of(u), _prior(u), None) for u in self._unknowns(own=False))
+        return self._group((self._of(u), _prior(u), None) for u in self.unknowns(own=False))
 
-    def _unknowns(self, *, own: bool) -> list[Unknown]:
+    def unknowns(self, *, own: bool) -> list[Unknown]:
+        """Return the numbers that experiments share, or those that each has for itself."""
         return [u for u in self.path.hypothesis.unknowns if u.own is own]
 
     def _group(self, members: Iterable[tuple[Array, float, Atom | None]]) -> Group:
@@ -156,7 +158,7 @@ class Columns:
     @cached_property
     def own(self) -> Group:
         """Return numbers that are known to differ between experiments, and starts of hidden states."""
-        numbers = ((self._of(u), _prior(u), None) for u in self._unknowns(own=True))
+        numbers = ((self._of(u), _prior(u), None) for u in self.unknowns(own=True))
         return self._group([*numbers, *self._hidden_starts()])
 
     def _scatter(self) -> Iterator[tuple[Array, float, Atom | None]]:

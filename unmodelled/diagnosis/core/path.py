@@ -76,20 +76,33 @@ class Path:
 
         The change of hidden states is integrated from window to window: none may be left out.
         """
-        few, numbers = recording if most is None else recording.thinned(most), fitted.fit.numbers
+        few = recording if most is None else recording.thinned(most)
         runs = _StateRuns(fitted.hypothesis, few)
         if runs.hidden:
             runs = _StateRuns(fitted.hypothesis, recording)
-        recording = runs.recording
-        with np.errstate(all="ignore"):
-            shown = runs(numbers, substeps=max(2, fitted.fit.substeps))
-        error = (shown.measured[:, 0] - shown.y[:, 0]) / recording.noise
-        # small changes tell nothing where the simulation is far off or has diverged
-        usable = recording.counted[:, :, None] & (np.abs(error) < _largest(recording))
-        usable &= np.isfinite(runs.states[:, 0, 1:]).all(axis=2, keepdims=True)
-        error = np.where(usable, error, 0.0)
+        error, usable = _errors(runs, fitted, None)
         huber = weights(error, spread(error, np.asarray(usable.all(axis=2), np.bool_)))
-        judged = np.isin(recording.start, few.start)
+        judged = np.isin(runs.recording.start, few.start)
+        return cls._along(fitted, runs, error, np.sqrt(huber) * usable, judged)
+
+    @classmethod
+    def of_windows(cls, fitted: FittedHypothesis, recording: Recording) -> Path:
+        """Simulate a fitted hypothesis over windows that it was fitted to, from the fitted starts.
+
+        Measured starts are too far off for long windows. Errors have no robust weights: those of a model
+        without a law that acts rarely hide this law.
+        """
+        runs = _StateRuns(fitted.hypothesis, recording)
+        moved, sigma = fitted.moved(recording)
+        error, usable = _errors(runs, fitted, (moved * sigma)[:, None])
+        return cls._along(fitted, runs, error, usable.astype(float), np.ones(len(recording.start), np.bool_))
+
+    @classmethod
+    def _along(
+        cls, fitted: FittedHypothesis, runs: _StateRuns, error: Array, root: Array, judged: Mask
+    ) -> Path:
+        """The path of free runs that were simulated, with errors and weights of all windows."""
+        recording, numbers = runs.recording, fitted.fit.numbers
         tables = runs.reader(numbers, recording, EVERY)
         x, rows = _held(runs.states[:, 0]), _rows(recording)
         log_x = np.zeros((len(recording.logs.t), x.shape[2]))
@@ -108,7 +121,7 @@ class Path:
             u=u,
             judged=judged,
             error=error[judged],
-            root=(np.sqrt(huber) * usable)[judged],
+            root=root[judged],
             sigma=start_noise(runs, numbers),
             measured=runs.measured,
             hidden=runs.hidden,
@@ -250,6 +263,20 @@ class Path:
         gain, size = C[:, output, state], np.abs(self.x[..., state]).max(axis=(0, 1))
         none = np.abs(gain) * size <= STEP * self.recording.scale[output]
         return np.where(none, 1.0, gain), output, np.array([bool(r.slope) for r in self.readings])
+
+
+def _errors(runs: _StateRuns, fitted: FittedHypothesis, start: Array | None) -> tuple[Array, Mask]:
+    """Errors (windows, K, outputs) in sensor noise, zero where they do not count, and where they do."""
+    recording = runs.recording
+    with np.errstate(all="ignore"):
+        shown = runs(fitted.fit.numbers, start, substeps=max(2, fitted.fit.substeps))
+    error = (shown.measured[:, 0] - shown.y[:, 0]) / recording.noise
+    # small changes tell nothing where the simulation is far off or has diverged
+    usable = recording.counted[:, :, None] & (np.abs(error) < _largest(recording))
+    usable &= np.isfinite(runs.states[:, 0, 1:]).all(axis=2, keepdims=True)
+    if shown.left_out is not None:
+        usable &= ~shown.left_out
+    return np.where(usable, error, 0.0), usable
 
 
 def _largest(recording: Recording) -> Array:

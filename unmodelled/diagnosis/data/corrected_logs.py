@@ -70,9 +70,10 @@ class Correction:
         # the delays of the inputs were applied on the clock of the file
         late = tuple(common * delay for delay in logs.delays)
         u = logs.u if self.inputs is None else np.where(np.isnan(self.inputs), logs.u, self.inputs)
-        corrected = replace(
-            logs, y=y, u=self.drive[logs.owner] * u, t=common * logs.t, period=period, delays=late
-        )
+        u = self.drive[logs.owner] * u
+        corrected = replace(logs, y=y, u=u, t=common * logs.t, period=period, delays=late)
+        if (self.gain != 1.0).any() or (self.offset != 0.0).any():
+            corrected = replace(corrected, limits={})  # the ends are those of the values as logged
         corrected = with_delays(system, corrected)
         if (self.clock == common).all():
             return corrected

@@ -46,9 +46,9 @@ class Recording:
             samples = int(logs.offsets[i + 1] - logs.offsets[i]) - held
             if samples < 2:
                 raise ValueError(f"a delay must be shorter than experiment {logs.ids[i]}, got {latest:g} s")
-            first = np.arange(0, samples - 1, longest)
+            first, ahead = _starts(logs, i, samples, longest)
             starts.append(logs.offsets[i] + first)
-            lengths.append(np.minimum(longest, samples - 1 - first))
+            lengths.append(ahead)
         start, length = np.concatenate(starts), np.concatenate(lengths)
         order = np.argsort(-length, kind="stable")
         first, steps = (values[order].astype(np.int64) for values in (start, length))
@@ -115,6 +115,23 @@ class Recording:
         after = 1 + np.arange(self.steps.max())
         return np.asarray(self.start[:, None] + np.minimum(after, self.steps[:, None]))
 
+    def left_out(self, later: Indices) -> Mask | None:
+        """Return the mask, shape (windows, sets, most steps, outputs), of samples that are not compared.
+
+        Takes the samples by which outputs are compared later (sets, outputs). None if all are compared.
+        """
+        if self.logs.left_out is None:
+            return None
+        rows = self.rows[:, None, :, None] + later[:, None]
+        return np.asarray(self.logs.left_out[rows, np.arange(later.shape[1])])
+
+    @property
+    def compared(self) -> Indices:
+        """Return the numbers, shape (windows, outputs), of predicted samples that are compared."""
+        every = np.repeat(self.steps[:, None], len(self.logs.outputs), axis=1)
+        beyond = self.left_out(np.zeros((1, len(self.logs.outputs)), np.int64))
+        return every if beyond is None else every - (beyond[:, 0] & self.counted[:, :, None]).sum(axis=1)
+
     @property
     def scale(self) -> Array:
         """Return the standard deviation, shape (outputs,), within experiments, in units of the outputs."""
@@ -124,3 +141,23 @@ class Recording:
     def noise(self) -> Array:
         """Return the standard deviation, shape (outputs,), of the sensor noise, in units of the outputs."""
         return self.sensors.noise
+
+
+def _starts(logs: Logs, i: int, samples: int, longest: int) -> tuple[Indices, Indices]:
+    """Return the starts (windows,) of the windows in an experiment, and their lengths, samples.
+
+    A window starts where all outputs are measured: before a stay at the end of a range.
+    """
+    if logs.left_out is None or not logs.left_out[logs.rows(i)].any():
+        first = np.arange(0, samples - 1, longest)
+        return first, np.minimum(longest, samples - 1 - first)
+    clear = np.flatnonzero(~logs.left_out[logs.rows(i)][: samples - 1].any(axis=1))
+    found = clear[:1].tolist()
+    while found and found[-1] + longest < samples - 1:
+        following = int(np.searchsorted(clear, found[-1], "right"))
+        following = max(following, int(np.searchsorted(clear, found[-1] + longest, "right")) - 1)
+        if following == len(clear):
+            break
+        found.append(int(clear[following]))
+    first = np.array(found, np.int64)
+    return first, np.minimum(longest, np.diff(np.append(first, samples - 1)))

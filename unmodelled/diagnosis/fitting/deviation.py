@@ -30,15 +30,17 @@ class Deviation:
         """Average square errors (windows, most steps, outputs) over windows and samples."""
         sums = np.einsum("wkj,wk->wj", square, recording.counted)
         logs = recording.logs
-        total, count = np.zeros((len(logs), len(logs.outputs))), np.zeros(len(logs))
+        total, count = np.zeros((2, len(logs), len(logs.outputs)))
         np.add.at(total, recording.owner, sums)
-        np.add.at(count, recording.owner, recording.steps)
-        per_output = np.sqrt(total.sum(0) / count.sum())
+        np.add.at(count, recording.owner, recording.compared)
+        per_output = np.sqrt(total.sum(0) / np.maximum(count.sum(0), 1.0))
         return cls(
             value=_rms(per_output),
             per_output=dict(zip(logs.outputs, per_output.tolist(), strict=True)),
             per_experiment={
-                logs.ids[i]: _rms(np.sqrt(total[i] / count[i])) for i in recording.runs if count[i] > 0
+                logs.ids[i]: _rms(np.sqrt(total[i] / np.maximum(count[i], 1.0)))
+                for i in recording.runs
+                if count[i].any()
             },
         )
 

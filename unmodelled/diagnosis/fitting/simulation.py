@@ -38,6 +38,8 @@ class Runs:
     measured: Array  # at the same samples, (windows, sets or 1, most steps, outputs)
     counted: Mask  # samples before the end of a window, (windows, most steps)
     first: Array  # simulated at the first sample of a window, without delay, (windows, sets, outputs)
+    #: Samples of the first set that are not compared, (windows, most steps, outputs): `measured` is `y`.
+    left_out: Mask | None = None
 
     def errors(self, scale: Array) -> Array:
         """Return the errors (windows, most steps, outputs) of the first set; not finite where it diverged."""
@@ -260,7 +262,10 @@ class Simulation:
         shifts = later[:1] if (later == later[0]).all() else later
         rows = record.rows[:, None, :, None] + shifts[:, None]
         measured = record.logs.y[rows, np.arange(y.shape[3])]
-        return Runs(shown, measured, record.counted, y[:, :, 0])
+        beyond = record.left_out(shifts)
+        if beyond is not None:  # no error, whatever is simulated
+            measured = np.where(beyond, shown, measured)
+        return Runs(shown, measured, record.counted, y[:, :, 0], None if beyond is None else beyond[:, 0])
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:
         """Number of an input or output -> column of its delay."""

@@ -1,4 +1,4 @@
-"""Outputs that are computed from another output's samples: delayed, filtered or differenced."""
+"""Outputs that are computed from another output's samples or are a command, and registers."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.differentiate import noise
+from unmodelled.logs.inspection.register import register_of
+from unmodelled.logs.inspection.signal import signals_of
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
 
 #: Name of the problem that an output is computed from another one.
 COPY = "copy"
-#: Name of the problem that an output is an input.
-COMMAND = "command"
+#: Names of the problems that an output is an input, and that a channel is a register.
+COMMAND, REGISTER = "command", "register"
 #: Largest numbers of samples before and after that a filter reads: a low-pass remembers longer than a
 #: smoothing filter looks ahead. Neither is more than this share of the shortest experiment.
 BEFORE, AFTER, LONGEST_SHARE = 60, 20, 0.2
@@ -134,6 +137,19 @@ def command_notes(logs: Logs, found: Mapping[int, int], alone: bool) -> Iterator
         name, of = logs.outputs[output], logs.inputs[command]
         said = f"{name} is the input {of} in all samples, times and plus constants, and no measurement."
         yield LogFault((name,), COMMAND, None, (), sentence=f"{said} {rest}", decides=alone)
+
+
+def register_notes(system: System, logs: Logs) -> Iterator[LogFault]:
+    """Yield a fault, which decides, for every register that was not decoded as the logs were read."""
+    columns = dict(zip((*logs.inputs, *logs.outputs), (*logs.u.T, *logs.y.T), strict=True))
+    for signal in signals_of(system):
+        found = register_of([columns[signal.name][logs.rows(i)] for i in range(len(logs))], signal)
+        if found is not None:
+            said = (
+                f"{signal.name} jumps by {found.counts} counts where it would change its sign: {found.words}."
+            )
+            cure = "Log the signed number, or leave out cure: false in the mapping, then diagnose again."
+            yield LogFault((signal.name,), REGISTER, None, (), sentence=f"{said} {cure}", decides=True)
 
 
 def _how(copy: Copy) -> str:

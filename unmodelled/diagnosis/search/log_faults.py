@@ -31,7 +31,7 @@ from unmodelled.diagnosis.data.replaced_inputs import slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
+from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes, register_notes
 from unmodelled.diagnosis.search.log_fits import clock_of, of_every, of_some, swapped
 from unmodelled.diagnosis.search.log_rates import Ratio, rate_faults, ratios
 from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law
@@ -67,8 +67,8 @@ def without_copies(
     found = copies(different(logs), thresholds)
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
     alone = len(commands) == len(logs.outputs)
-    said = (*notes(logs, found), *command_notes(logs, commands, alone))
-    if alone:
+    said = (*register_notes(system, logs), *notes(logs, found), *command_notes(logs, commands, alone))
+    if any(fault.decides for fault in said):
         return system, logs, said
     if found or commands:
         kept = sorted({*range(len(logs.outputs))} - {copy.target for copy in found} - {*commands})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Container, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -31,30 +32,50 @@ MOVING = 0.2
 REMAIN = 0.5
 
 
-def frozen(run: Run) -> tuple[Run, list[Finding]]:
-    """Leave out the samples in which a channel is frozen, so that the run is cut there.
+def frozen(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
+    """Leave out the samples in which a channel is frozen, so that runs are cut there.
 
     A position is frozen where it stands still and then jumps to where the machine is. A channel with noise is
     frozen where one number repeats. A machine at rest, an encoder of low resolution, a saturated command and
-    a command in steps are not.
+    an input in steps are not.
     """
-    found, left_out = list[Finding](), np.zeros(len(run.t), np.bool_)
-    for signal in run.signals:
-        stretches = [s for s in _stretches(run.values[signal.column]) if _is_frozen(run, signal, s)]
-        if not stretches:
-            continue
-        rows = np.zeros(len(run.t), np.bool_)
-        for start, end in stretches:
-            rows[start:end] = True
-        enough = _enough(left_out | rows)
+    found, left_out = list[Finding](), [np.zeros(len(run.t), np.bool_) for run in runs]
+    for signal in runs[0].signals:
+        levels = _levels(runs, signal)
+        stretches = [
+            [s for s in _stretches(run.values[signal.column]) if _is_frozen(run, signal, s, levels)]
+            for run in runs
+        ]
+        rows = [_rows(run, own) for run, own in zip(runs, stretches, strict=True)]
+        enough = all(enough_without(old | new) for old, new in zip(left_out, rows, strict=True))
         if enough:
-            left_out |= rows
-        first = float(run.t[stretches[0][0]] - run.t[0])
-        longest = max(float(run.t[end - 1] - run.t[start]) for start, end in stretches)
-        what = f"freezes {{count}} times, for up to {longest:.3g} s,"
-        cure = "the run was cut there" if enough else "too little remains without it; repair the recording"
-        found.append(Finding(KIND, signal.name, run.name, len(stretches), first, what, cure, enough))
-    return (run.without(left_out) if left_out.any() else run), found
+            left_out = [old | new for old, new in zip(left_out, rows, strict=True)]
+        for run, own in zip(runs, stretches, strict=True):
+            if not own:
+                continue
+            first = float(run.t[own[0][0]] - run.t[0])
+            longest = max(float(run.t[end - 1] - run.t[start]) for start, end in own)
+            what = f"freezes {{count}} times, for up to {longest:.3g} s,"
+            cure = "the run was cut there" if enough else "too little remains without; repair the recording"
+            found.append(Finding(KIND, signal.name, run.name, len(own), first, what, cure, enough))
+    return [run.without(rows) if rows.any() else run for run, rows in zip(runs, left_out, strict=True)], found
+
+
+def _levels(runs: Sequence[Run], signal: Signal) -> set[float]:
+    """Return the values at which an input stands more than once in all runs: levels that are commanded."""
+    if signal.role != "input":
+        return set()
+    values = [run.values[signal.column] for run in runs]
+    held = Counter(float(part[start]) for part in values for start, _ in _stretches(part))
+    return {value for value, count in held.items() if count > 1}
+
+
+def _rows(run: Run, stretches: Sequence[tuple[int, int]]) -> Mask:
+    """Return the mask (samples,) of stretches."""
+    rows = np.zeros(len(run.t), np.bool_)
+    for start, end in stretches:
+        rows[start:end] = True
+    return rows
 
 
 def _stretches(values: Array) -> Iterator[tuple[int, int]]:
@@ -65,9 +86,11 @@ def _stretches(values: Array) -> Iterator[tuple[int, int]]:
             yield start, end
 
 
-def _is_frozen(run: Run, signal: Signal, stretch: tuple[int, int]) -> bool:
+def _is_frozen(run: Run, signal: Signal, stretch: tuple[int, int], levels: Container[float]) -> bool:
     values, (start, end) = run.values[signal.column], stretch
     value = float(values[start])
+    if signal.held or value in levels:
+        return False
     others = [run.values[s.column][start:end] for s in run.signals if s.column != signal.column]
     if start == 0 or not any(np.ptp(other) > 0.0 for other in others):
         return False
@@ -111,20 +134,24 @@ def _noisy(values: Array, stretch: tuple[int, int]) -> bool:
 
 
 def _paused(values: Array, stretch: tuple[int, int], span: float) -> bool:
-    """Return whether a smooth command is held in the middle of its motion, and jumps on afterwards."""
+    """Return whether a smooth command is held in the middle of its motion, and jumps on afterwards.
+
+    A level that is commanded is reached by a step, and the value at which a logger stops is not.
+    """
     start, end = stretch
     if end >= len(values) or start < 2:
         return False
     change: Array = np.abs(np.diff(values))
-    jump, free = change[end - 1], np.ones(len(change), np.bool_)
-    free[[last - 1 for _, last in _stretches(values) if last < len(values)]] = False
+    free = np.ones(len(change), np.bool_)
+    for first, last in _stretches(values):
+        free[[max(0, first - 1), min(last, len(values) - 1) - 1]] = False
     usual = change[free & (change > 0.0)]
-    if not len(usual) or jump < max(JUMP_INPUT * float(usual.max()), LEAST * span):
+    if not len(usual) or change[end - 1] < max(JUMP_INPUT * float(usual.max()), LEAST * span):
         return False
-    return bool(change[start - 1] > MOVING * float(np.median(usual)))
+    return bool(MOVING * float(np.median(usual)) < change[start - 1] <= float(usual.max()))
 
 
-def _enough(left_out: Mask) -> bool:
+def enough_without(left_out: Mask) -> bool:
     """Return whether parts of 50 samples or more hold at least half of all samples."""
     edges = np.flatnonzero(np.diff(np.concatenate([[True], left_out, [True]]).astype(np.int8)))
     lengths = edges[1::2] - edges[::2]

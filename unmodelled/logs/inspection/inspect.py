@@ -1,14 +1,16 @@
-"""Look at all experiments as logged, and cure what is safe to cure."""
+"""Look at all experiments as logged, and cure what is certain."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Protocol
 
+from unmodelled.logs.inspection.clipped import Ends, clipped
 from unmodelled.logs.inspection.counter import counter
 from unmodelled.logs.inspection.frozen import frozen
+from unmodelled.logs.inspection.register import register
 from unmodelled.logs.inspection.signal import Finding, Run, signals_of, spans_of
 from unmodelled.logs.inspection.spikes import spikes
 from unmodelled.logs.table import Columns
@@ -16,44 +18,61 @@ from unmodelled.systems.model import System
 
 
 class Look(Protocol):
-    """A look for one kind of fault in one experiment."""
+    """A look for one kind of fault in all experiments: what is cured, is cured alike in all of them."""
 
-    def __call__(self, run: Run) -> tuple[Run, list[Finding]]:
-        """Return the experiment, cured where that is safe, and the findings."""
+    def __call__(self, runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
+        """Return the experiments, cured where that is certain, and the findings."""
 
 
-#: Looks in their order: jumps of a counter are no spikes.
-LOOKS: tuple[Look, ...] = (frozen, counter, spikes)
+#: Looks in their order: jumps of a counter are no spikes, and those of a register no counter.
+LOOKS: tuple[Look, ...] = (register, frozen, counter, spikes)
 #: Rounds in which the looks see what others have cured: behind spikes a counter may overflow.
 ROUNDS = 3
+#: What was done where a mapping turns cures off.
+OFF = "nothing was changed, as the mapping says cure: false"
 
 
-def inspected(
-    system: System, names: Sequence[str], logs: Sequence[Columns]
-) -> tuple[list[Columns], list[Finding]]:
-    """Look at experiments, and cure their faults where that is safe."""
-    signals, found, cured = signals_of(system), list[Finding](), list[Columns]()
+@dataclass(frozen=True)
+class Inspected:
+    """Experiments after the looks."""
+
+    logs: list[Columns]
+    found: list[Finding]
+    limits: dict[str, Ends]  # ends of the ranges of outputs by name, SI: samples there are not compared
+
+
+def inspected(system: System, names: Sequence[str], logs: Sequence[Columns], cure: bool = True) -> Inspected:
+    """Look at experiments, and cure their faults where that is certain and wanted."""
+    signals = signals_of(system)
     spans = spans_of(signals, [log.values for log in logs])
-    for name, log in zip(names, logs, strict=True):
-        run, mine = inspect(Run(name, log.values["t"], log.values, signals, spans))
-        found += mine
-        values = {**run.values, "t": run.t}
-        cured.append(replace(log, values=values) if any(each.cured for each in mine) else log)
-    return cured, found
+    runs = [
+        Run(name, log.values["t"], log.values, signals, spans) for name, log in zip(names, logs, strict=True)
+    ]
+    seen, found, ends = inspect(runs)
+    if not cure:
+        return Inspected([*logs], [replace(each, cure=OFF, cured=False) for each in found], {})
+    cured = [
+        log if new is old else replace(log, values={**new.values, "t": new.t})
+        for log, old, new in zip(logs, runs, seen, strict=True)
+    ]
+    limits = {o.name: ends[o.column] for o in system.outputs if o.column in ends}
+    return Inspected(cured, found, limits)
 
 
-def inspect(run: Run) -> tuple[Run, list[Finding]]:
-    """Look at one experiment."""
-    found = list[Finding]()
-    for _ in range(ROUNDS):
+def inspect(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, Ends]]:
+    """Look at experiments; return them cured, the findings, and the ends of ranges by column."""
+    found, left, runs = list[Finding](), list[Finding](), list(runs)
+    for _ in range(ROUNDS if runs and runs[0].signals else 0):
         new = list[Finding]()
         for look in LOOKS:
-            run, more = look(run)
+            runs, more = look(runs)
             new += more
         found += [each for each in new if each.cured]
-        if not any(each.cured for each in new):
-            return run, [*found, *new]
-    return run, [*found, *(each for each in new if not each.cured)]
+        left = [each for each in new if not each.cured]
+        if len(left) == len(new):
+            break
+    runs, more, ends = clipped(runs) if runs and runs[0].signals else (runs, [], {})
+    return runs, [*found, *left, *more], ends
 
 
 def sentences(findings: Sequence[Finding]) -> Iterator[str]:

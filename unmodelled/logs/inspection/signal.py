@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.logs.differentiate import noise, quantum
 from unmodelled.systems.model import Output, System
+from unmodelled.systems.units import LoggedUnit
 
 #: What a signal is: a function of positions, which cannot jump; a function of states; another output, such as
 #: an acceleration, which an impact makes large; an input.
@@ -32,14 +33,45 @@ class Signal:
     column: str  # of the log
     unit: str  # SI
     role: Role
+    measured: bool = True  # whether a sensor shows it: an output, or an input that is no command
+    held: bool = False  # whether it is an input that keeps its value until the next sample
+    written: LoggedUnit | None = None  # unit of the column, where it is not `unit`
+
+    @property
+    def zero(self) -> float:
+        """Return the value where the column is zero, SI."""
+        return 0.0 if self.written is None else self.written.offset
+
+    def shown(self, value: float) -> str:
+        """Return a value in the unit of the column."""
+        written = self.written or LoggedUnit(self.unit, 1.0, 0.0)
+        number = (value - written.offset) / written.factor
+        return f"{number:.4g}" if written.text.strip() in ("", "1", "-") else f"{number:.4g} {written.text}"
 
 
 def signals_of(system: System) -> tuple[Signal, ...]:
-    """Return the channels of a system with their roles, outputs first."""
+    """Return the channels of a system with their roles, outputs first; not inputs that no equation uses."""
     positions = {x for x, speed in zip(system.x, system.dynamics, strict=True) if speed in system.x}
-    outputs = (Signal(o.name, o.column, o.unit, _role(o, system, positions)) for o in system.outputs)
-    inputs = (Signal(i.name, i.column, i.unit, "input") for i in system.inputs)
+    used = _used(system)
+    outputs = (
+        Signal(o.name, o.column, o.unit, _role(o, system, positions), written=o.logged)
+        for o in system.outputs
+    )
+    inputs = (
+        Signal(i.name, i.column, i.unit, "input", not i.commanded, i.hold, i.logged)
+        for i in system.inputs
+        if i.name in used
+    )
     return tuple({signal.column: signal for signal in (*inputs, *outputs)}.values())
+
+
+def _used(system: System) -> set[str]:
+    """Return the names that the equations of a system read."""
+    read = [*system.dynamics, *system.signals.values(), *(o.expression for o in system.outputs)]
+    read += [s.initial for s in system.states] + [p.law for p in system.ports if p.law is not None]
+    read += [each for e in system.events for each in (e.expression, *(e.then or ()))]
+    named = {name for p in system.ports for name in (*p.coordinates, p.load) if name is not None}
+    return named | {each.name for expression in read for each in expression.free_symbols}
 
 
 def _role(output: Output, system: System, positions: set[object]) -> Role:

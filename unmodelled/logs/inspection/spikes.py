@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -32,8 +32,13 @@ MARGIN = 5
 TURN = 2.0 * np.pi
 
 
-def spikes(run: Run) -> tuple[Run, list[Finding]]:
+def spikes(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
     """Replace spikes by the course of the samples around them."""
+    cured = [_without_spikes(run) for run in runs]
+    return [run for run, _ in cured], [each for _, found in cured for each in found]
+
+
+def _without_spikes(run: Run) -> tuple[Run, list[Finding]]:
     found = list[Finding]()
     for signal, bad in _spikes(run):
         values, k = run.values[signal.column].copy(), np.arange(len(run.t))

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pandas.tseries.api import guess_datetime_format
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
@@ -18,10 +18,8 @@ from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
 from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
-from unmodelled.logs.time_units import DAY
-
-#: Share of the cells of a column that must hold values if it is one of numbers.
-SHARE = 0.5
+from unmodelled.logs.readers.text_cells import numbers_in, times_in, words_among
+from unmodelled.logs.recognition import BLACKBOX
 
 
 class Delimited(Reader):
@@ -32,40 +30,54 @@ class Delimited(Reader):
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        return bool(start) and (b"\x00" not in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"))
+        text = b"\x00" not in start or start[:2] in (b"\xff\xfe", b"\xfe\xff")
+        return bool(start) and text and not start.startswith(BLACKBOX)
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         check_file(path, OBJECTS / 4)
         dialect = dialect_of(path)
         frame = _frame(path, dialect)
-        columns: dict[str, Array] = {}
-        texts: dict[str, Sequence[str]] = {}
-        beside = Beside()
-        units = dict(dialect.units)
-        for name in dialect.names:
-            cells = frame[name]
-            if cells.dtype.kind in "fiub":
-                columns[name] = cells.to_numpy(np.float64, copy=True)
-                continue
-            text = cells.fillna("").astype(str).str.strip()
-            if _is_list(text):
-                found, lengths = _lists(path, name, text)
-                columns |= found
-                if found:
-                    beside.lengths[name] = lengths
-                elif not any(lengths):
-                    beside.names[name] = [_words(cell) for cell in text]
-            elif (time := _times(text)) is not None:
-                columns[name] = time
-                units[name] = "s"
-            elif (values := _numbers(text, dialect.decimal)) is not None:
-                columns[name] = values
-            else:
-                texts[name] = text.tolist()
-        kept = [name for name in dialect.names if name in columns or name in texts]
-        aliases = {match["name"].strip(): name for name in kept if (match := UNIT.fullmatch(name))}
-        table = Table("", columns, units, texts, aliases, first=dialect.skipped + 1)
-        return by_cells(table, beside)
+        aliases = {match["name"].strip(): name for name in dialect.names if (match := UNIT.fullmatch(name))}
+        empty = Table("", {}, dialect.units, aliases=aliases, first=dialect.skipped + 1)
+        return filled(path, empty, frame, dialect.decimal)
+
+
+def filled(path: Path, empty: Table, frame: pd.DataFrame, decimal: str) -> list[Table]:
+    """Return the tables, see `by_cells`, of a frame (rows, columns) of numbers and texts.
+
+    The name, the units and the rows are those of `empty`.
+    """
+    columns: dict[str, Array] = {}
+    texts: dict[str, Sequence[str]] = {}
+    words: dict[str, dict[int, str]] = {}
+    beside = Beside()
+    units, origins = dict(empty.units), dict[str, int]()
+    for name in map(str, frame):
+        cells = frame[name]
+        if cells.dtype.kind in "fiub":
+            columns[name] = cells.to_numpy(np.float64, copy=True)
+            continue
+        text = cells.fillna("").astype(str).str.strip()
+        if _is_list(text):
+            found, lengths = _lists(path, name, text)
+            columns |= found
+            if found:
+                beside.lengths[name] = lengths
+            elif not any(lengths):
+                beside.names[name] = [_words(cell) for cell in text]
+        elif (time := times_in(text)) is not None:
+            columns[name], origins[name] = time
+            units[name] = "s"
+        elif (values := numbers_in(text, decimal)) is not None:
+            columns[name] = values
+            words[name] = words_among(text, values)
+        else:
+            texts[name] = text.tolist()
+    aliases = {alias: name for alias, name in empty.aliases.items() if name in {*columns, *texts}}
+    table = replace(
+        empty, columns=columns, units=units, texts=texts, aliases=aliases, origins=origins, words=words
+    )
+    return by_cells(table, beside)
 
 
 def _frame(path: Path, dialect: Dialect) -> pd.DataFrame:
@@ -134,51 +146,3 @@ def _list(cell: str) -> list[float]:
         return [float(number) for number in inner]
     except ValueError:
         return []
-
-
-def _times(cells: pd.Series) -> Array | None:
-    """Dates and times of day in s (rows,) since the first one; None for other texts."""
-    filled = cells[cells != ""]
-    if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
-        return None
-    plain = filled.str.replace(",", ".")
-    dotted = plain.str.match(r"\d\d?\.\d\d?\.\d{4}")
-    if dotted.all():
-        plain = plain.str.replace(r"(\d\d?)\.(\d\d?)\.(\d{4})", r"\3-\2-\1", regex=True)
-    if of_day := bool(plain.str.match(r"\d\d?:").all()):
-        plain = "1970-01-01 " + plain
-    since = _since_first(plain)
-    if since is None:
-        return None
-    if of_day:  # midnight is where it falls by more than half a day
-        since += DAY * (since.ffill().diff() < -0.5 * DAY).cumsum()
-    return np.asarray(since.reindex(cells.index), np.float64)
-
-
-def _since_first(cells: pd.Series) -> pd.Series | None:
-    """Dates, or durations such as "0 days 00:00:01.5", in s since the first one; None if most are neither.
-
-    Of a day and a month that can change places, those that make the record shorter are taken.
-    """
-    read = [pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")]
-    # the format of a time in the afternoon is not guessed
-    guess = guess_datetime_format(re.sub(r"[Pp][Mm]$", "AM", str(cells.iloc[0])[:60]))
-    if guess and read[0].notna().mean() <= SHARE:
-        swapped = re.sub("%[md]", lambda found: "%d" if found[0] == "%m" else "%m", guess)
-        read = [pd.to_datetime(cells, format=each, utc=True, errors="coerce") for each in (guess, swapped)]
-    if cells.str.match(r"-?\d+ days?\b").all():
-        read.append(pd.to_timedelta(cells, errors="coerce"))
-    spans = [(each - each.min()).dt.total_seconds() for each in read if each.notna().mean() > SHARE]
-    return min(spans, key=lambda each: float(each.max()), default=None)
-
-
-def _numbers(cells: pd.Series, decimal: str) -> Array | None:
-    """Numbers (rows,) among other texts; None if most are other texts."""
-    plain = cells.str.replace(",", ".") if decimal == "," else cells
-    truths = {"true": "1", "false": "0"}
-    plain = plain.str.lower().replace(truths).str.replace(r"(?<=\d)d(?=[-+\d])", "e", regex=True)
-    found = pd.to_numeric(plain, errors="coerce")
-    filled = int((cells != "").sum())
-    if not filled or found.notna().sum() <= SHARE * filled:
-        return None
-    return np.asarray(found, np.float64)

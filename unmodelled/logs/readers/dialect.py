@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import codecs
 import csv
+import os
 import re
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,10 +17,11 @@ from unmodelled.systems.units import parse_logged
 
 #: Bytes at the beginning of a file by which its dialect is found, and rows of it that count.
 SAMPLE, ROWS = 2**17, 400
+#: Rows at the end of a file by which its table is told from settings above it.
+ENDING = 50
 #: Separators of columns, those that stand in numbers and texts themselves last.
 SEPARATORS = ("\t", ";", "|", ",", " ")
 MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
-Cells = Sequence[tuple[int, list[str]]]  # line number from 0, cells
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.ASCII | re.I)
 COMMAED = re.compile(r"[-+]?(\d*,\d+)([eE][-+]?\d+)?", re.ASCII)
@@ -51,21 +52,45 @@ def dialect_of(path: Path) -> Dialect:
     with path.open("rb") as file:
         raw = file.read(SAMPLE)
         whole = not file.read(1)
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(0, size - SAMPLE) // 2 * 2)  # UTF-16 has two bytes a character
+        end = file.read()
     encoding = _encoding(raw)
     lines = raw.decode(encoding, "replace").splitlines()
     lines = lines if whole else lines[:-1]  # the last one is cut
-    rows = [(k, line) for k, line in enumerate(lines[:ROWS]) if line.strip()]
-    plain = [(k, line) for k, line in rows if not line.lstrip().startswith(COMMENT)]
-    separator = _separator([line for _, line in plain])
-    cells = [(k, split(line, separator)) for k, line in plain]
-    start = _first_values([row for _, row in cells])
-    if start is None:
+    # settings may be longer than what is looked at: the table is what a file ends with
+    last = lines if whole else _decoded(end, raw, encoding).splitlines()[1:-1]
+    separator, width = _table_in([line for line in last if _is_row(line)][-ENDING:])
+    rows = [split(line, separator) for line in (*lines[:ROWS], *last[-ROWS:]) if _is_row(line)]
+    table = [row for row in rows if len(row) == width]
+    held = _held(table[-ENDING:])
+    above: list[tuple[int, str]] = []
+    for k, line in enumerate(lines if whole else _lines(path, encoding)):
+        row = split(line, separator) if _is_row(line) else []
+        if held and len(row) == width and _holds(row, held):
+            break
+        above += [(k, line)] if line.strip() else []
+    else:
         raise BadInput(f"{path}: row 1: no row of numbers was found: leave the file out")
-    width = len(cells[start][1])
-    names, units = _named(path, _head(rows, cells[:start], cells[start][0], separator, width), width)
-    values = [cell for _, row in cells[start:] for cell in row]
+    names, units = _named(path, _head(above, k, separator, width), width)
+    values = [cell for row in [row, *table] for cell in row]
     decimal = "," if separator != "," and any(COMMAED.fullmatch(cell) for cell in values) else "."
-    return Dialect(encoding, separator, decimal, cells[start][0], names, units)
+    return Dialect(encoding, separator, decimal, k, names, units)
+
+
+def _is_row(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith(COMMENT)
+
+
+def _decoded(end: bytes, start: bytes, encoding: str) -> str:
+    """The last bytes of a file as text; those of UTF-16 have no mark of their own."""
+    marks = (mark for mark, name in MARKS if name == encoding == "utf-16" and start.startswith(mark))
+    return (next(marks, b"") + end).decode(encoding, "replace")
+
+
+def _lines(path: Path, encoding: str) -> Iterator[str]:
+    with path.open(encoding=encoding, errors="replace") as file:
+        yield from file
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -97,40 +122,41 @@ def _encoding(raw: bytes) -> str:
     return "utf-8"
 
 
-def _separator(lines: Sequence[str]) -> str:
-    """The separator that cuts most lines into equally many cells, two or more, with most values in them."""
-    best, most = ",", (0.0, 0)
+def _table_in(lines: Sequence[str]) -> tuple[str, int]:
+    """The separator and the width of the rows, two or more cells, that hold most values.
+
+    Lines of settings have another width, or fewer values.
+    """
+    best, most = (",", 0), (0.0, 0)
     for separator in SEPARATORS:
         try:
             rows = [split(line, separator) for line in lines]
         except csv.Error:
             continue
-        width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
-        values = sum(is_value(cell) for row in rows if len(row) == width for cell in row)
-        cells = sum(len(row) for row in rows if len(row) == width) or 1
-        score = (round(count * values / cells, 3), width)
-        if width > 1 and score > most:
-            best, most = separator, score
+        for width in {*map(len, rows)}:
+            alike = [row for row in rows if len(row) == width]
+            values = sum(is_value(cell) for row in alike for cell in row)
+            score = (round(len(alike) * values / (len(alike) * width or 1), 3), width)
+            if score > most and (width > 1 or not best[1]):
+                best, most = (separator, width), score
     return best
 
 
-def _first_values(rows: Sequence[Sequence[str]]) -> int | None:
-    """The first row with values in all columns that mostly hold values, as wide as most rows."""
-    width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
-    usual = [row for row in rows if len(row) == width]
-    filled = [[cell for cell in column if cell] for column in zip(*usual, strict=True)]
-    held = [j for j, cells in enumerate(filled) if sum(map(is_value, cells)) > 0.5 * len(cells)]
-    for k, row in enumerate(rows):
-        cells = [row[j] for j in held if row[j]] if len(row) == width else []
-        if cells and all(map(is_value, cells)):
-            return k
-    return None
+def _held(rows: Sequence[Sequence[str]]) -> list[int]:
+    """Columns that mostly hold values."""
+    columns = [[cell for cell in column if cell] for column in zip(*rows, strict=True)]
+    return [j for j, cells in enumerate(columns) if sum(map(is_value, cells)) > 0.5 * len(cells)]
 
 
-def _head(
-    rows: Sequence[tuple[int, str]], above: Cells, start: int, separator: str, width: int
-) -> list[list[str]]:
+def _holds(row: Sequence[str], held: Sequence[int]) -> bool:
+    """Whether a row has values in all columns that mostly hold values."""
+    cells = [row[j] for j in held if row[j]]
+    return bool(cells) and all(map(is_value, cells))
+
+
+def _head(rows: Sequence[tuple[int, str]], start: int, separator: str, width: int) -> list[list[str]]:
     """The row of names above the values, if there is one, and the row of units below it, if there is one."""
+    above = [(k, split(line, separator)) for k, line in rows if _is_row(line)]
     head = [(k, row) for k, row in above if len(row) == width]
     if head:
         pair = head[-2:]

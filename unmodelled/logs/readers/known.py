@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack
@@ -18,9 +18,11 @@ from unmodelled.base.workers import pool_of
 from unmodelled.logs.readers.delimited import Delimited
 from unmodelled.logs.readers.hdf5 import Hdf5
 from unmodelled.logs.readers.json_records import JsonRecords
+from unmodelled.logs.readers.long import by_thing
 from unmodelled.logs.readers.mat import Mat
 from unmodelled.logs.readers.mcap import Mcap
 from unmodelled.logs.readers.mdf import Mdf
+from unmodelled.logs.readers.messages import Messages
 from unmodelled.logs.readers.npz import Npz
 from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
@@ -29,7 +31,7 @@ from unmodelled.logs.readers.ulog import ULog
 from unmodelled.logs.recognition import foreign
 
 #: Readers in the order in which they are asked; what is left is text.
-_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Delimited)
+_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Messages, Delimited)
 READERS: tuple[Reader, ...] = tuple(kind() for kind in _FORMATS)
 #: Group of entry points by which other packages add readers; each names an object, not a class.
 GROUP = "unmodelled.readers"
@@ -107,13 +109,23 @@ def _together(folder: Path, wanted: Sequence[str] | None) -> list[Table]:
     ]
     if not found:
         raise BadInput(f"{folder}: holds no files: leave it out")
-    return found
+    zeros: dict[str, int] = {}
+    for name, zero in (pair for table in found for pair in table.origins.items()):
+        zeros[name] = min(zero, zeros.get(name, zero))
+    return [_since(table, zeros) for table in found]
+
+
+def _since(table: Table, zeros: Mapping[str, int]) -> Table:
+    """The table with its dates in s since the instants, in ns since 1970, that all tables share."""
+    later = {name: 1e-9 * (own - zeros[name]) for name, own in table.origins.items()}
+    columns = {name: values + later.get(name, 0.0) for name, values in table.columns.items()}
+    return replace(table, columns=columns, origins={name: zeros[name] for name in table.origins})
 
 
 def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Table]:
     """Read a file; refuse what the reader cannot read."""
     try:
-        tables = reader.read(path, wanted)
+        tables = [part for table in reader.read(path, wanted) for part in by_thing(table)]
     except BadInput:
         raise
     except ModuleNotFoundError as error:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Table, among_rows
 from unmodelled.logs.recognition import NUMBER
 
 #: Names of the elements of lists in one row, by place of the list.
@@ -225,6 +225,8 @@ def _of_group(table: Table, rows: Indices, code: NDArray[Any], named: Sequence[L
         aliases={new: old for new, old in table.aliases.items() if old in {*columns, *filled}},
         clock=None if table.clock is None else table.clock[rows],
         rows=table.numbered(rows),
+        origins={name: zero for name, zero in table.origins.items() if name in columns},
+        words={name: among_rows(own, rows) for name, own in table.words.items() if name in columns},
     )
 
 

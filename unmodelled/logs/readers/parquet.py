@@ -50,7 +50,7 @@ class Parquet(Reader):
             own = [name for name in content.columns if unit and _is_of(name, field.name)]
             content.units |= dict.fromkeys(own, unit)
         known = {alias: name for alias, name in aliases.items() if name in content.columns}
-        found = Table("", content.columns, content.units, content.texts, known)
+        found = Table("", content.columns, content.units, content.texts, known, origins=content.origins)
         return by_cells(found, content.beside)
 
 
@@ -66,6 +66,7 @@ class _Content:
         self.columns: dict[str, Array] = {}
         self.texts: dict[str, Sequence[str]] = {}
         self.units: dict[str, str] = {}
+        self.origins: dict[str, int] = {}
 
     def add(self, name: str, column: Any) -> None:
         """Add the numbers or texts in an Arrow array, and in the fields and lists inside it."""
@@ -80,7 +81,8 @@ class _Content:
                     self.columns[name] = self.columns[pair[0]] + 1e-9 * self.columns[pair[1]]
         elif is_a.is_timestamp(kind) or is_a.is_duration(kind) or is_a.is_time(kind):
             ticks = column.cast(pa.int32() if is_a.is_time32(kind) else pa.int64())
-            self.columns[name], self.units[name] = _seconds(ticks, kind.unit), "s"
+            self.columns[name], self.origins[name] = _seconds(ticks, kind.unit)
+            self.units[name] = "s"
         elif is_a.is_list(kind) or is_a.is_large_list(kind) or is_a.is_fixed_size_list(kind):
             self._add_lists(name, column)
         elif _is_number(kind):
@@ -136,13 +138,14 @@ def _is_text(kind: Any) -> bool:
     return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
 
 
-def _seconds(ticks: Any, unit: str) -> Array:
-    """Ticks since the first one in s, subtracted as integers, which have more digits than numbers."""
+def _seconds(ticks: Any, unit: str) -> tuple[Array, int]:
+    """Ticks since the first one in s, subtracted as integers, which have more digits, and that one in ns."""
     import pyarrow.compute as pc
 
     first = pc.min(ticks)
     since = pc.subtract(ticks, first) if first.is_valid else ticks
-    return np.asarray(since.to_numpy(zero_copy_only=False), np.float64) / TICKS[unit]
+    zero = first.as_py() * round(1e9 / TICKS[unit]) if first.is_valid else 0
+    return np.asarray(since.to_numpy(zero_copy_only=False), np.float64) / TICKS[unit], zero
 
 
 def _elements(path: Path) -> dict[str, str]:

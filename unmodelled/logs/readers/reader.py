@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -39,6 +39,10 @@ class Table:
     clock: Array | None = None  # of the format, (rows,), s; None: time is a column like any other
     first: int = 1  # number of the first row in the file, as an editor counts
     rows: Indices | None = None  # (rows,), numbers in the file; None: they follow each other
+    #: Zeros of columns of dates, which are in s since the first one, ns since 1970.
+    origins: Mapping[str, int] = field(default_factory=dict)
+    #: Words in a column of numbers, such as "unavailable", by row, by column.
+    words: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
@@ -47,9 +51,27 @@ class Table:
         """Return the numbers of rows (rows,) in the file, as an editor counts."""
         return rows + self.first if self.rows is None else self.rows[rows]
 
+    def among(self, name: str, rows: Indices) -> Table:
+        """Return some rows (rows,) as a table of another name."""
+        chosen = rows.tolist()
+        return replace(
+            self,
+            name=name,
+            columns={key: values[rows] for key, values in self.columns.items()},
+            texts={key: [cells[row] for row in chosen] for key, cells in self.texts.items()},
+            clock=None if self.clock is None else self.clock[rows],
+            rows=self.numbered(rows),
+            words={key: among_rows(words, rows) for key, words in self.words.items()},
+        )
+
     def address(self, column: str) -> str:
         """Return the name by which a mapping finds a column of this table, such as `/joints.position[0]`."""
         return f"{self.name}.{column}" if self.name else column
+
+
+def among_rows(words: Mapping[int, str], rows: Indices) -> dict[int, str]:
+    """Return words of some rows (rows,), by their places among these."""
+    return {k: words[row] for k, row in enumerate(rows.tolist()) if row in words}
 
 
 class Reader(Protocol):

@@ -1,0 +1,176 @@
+"""The judge: evidence of laws beside a measurement chain, over long windows."""
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import effect, study
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.judge.base import Base, bases
+from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_numbers, chain_of, unusual_parts
+from unmodelled.diagnosis.judge.judgement import Judgement, judge
+from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
+from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.residual import correlation_time
+from unmodelled.diagnosis.judge.scan import row_of, scan
+from unmodelled.effects.library import effects
+from unmodelled.effects.scatter import is_lossy
+from unmodelled.systems.units import parse_unit
+
+LINES: list[str] = []
+QUIET = LINES.append
+
+
+def begun(found: Study) -> FittedHypothesis:
+    return FittedHypothesis.of(Hypothesis.known(found), found.recording)
+
+
+@cache
+def judged(folder: Path, bench: Bench) -> Judgement:
+    found = study(folder, bench)
+    return judge(found, begun(found), QUIET)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("judge")
+
+
+@pytest.fixture(scope="module")
+def rubbing(folder: Path) -> Base:
+    """Of a pendulum with dry friction, at the default horizon."""
+    found = study(folder / "rubbing", Bench())
+    return next(bases(found, begun(found)))
+
+
+def test_friction_is_named_and_nothing_where_nothing_is(folder: Path) -> None:
+    found = judged(folder / "friction", Bench())
+    assert found.verdict == "effect"
+    (law,) = found.laws
+    assert (law.speaker.row.atom.effect.family, law.kind) == ("coulomb_friction", "dry friction")
+    size, error = law.speaker.numbers["F_c"]
+    assert size == pytest.approx(0.06, rel=0.03) and abs(size - 0.06) < 4.0 * error
+    assert law.probabilities.sum() == pytest.approx(1.0)
+    none = judged(folder / "null", Bench(friction=0.0))
+    assert none.verdict == "no_gap" and not none.laws
+
+
+@pytest.mark.long
+def test_a_late_sensor_is_part_of_the_chain_until_it_is_unusually_late(folder: Path) -> None:
+    late = judged(folder / "late", Bench(delay=3))
+    assert [law.kind for law in late.laws] == ["dry friction"]
+    (shift,) = [v for n, v in chain_of_numbers(late).items() if n.startswith("T_d_theta")]
+    assert shift == pytest.approx(0.006, abs=0.002)
+    later = judged(folder / "later", Bench(friction=0.0, delay=20))
+    assert [law.kind for law in later.laws] == ["timing"]
+
+
+def chain_of_numbers(found: Judgement) -> dict[str, float]:
+    fitted = found.final.fitted
+    return chain_numbers(fitted.hypothesis, fitted.fit.values)
+
+
+def test_every_part_of_the_chain_has_a_prior_and_is_no_law_of_the_scan(rubbing: Base) -> None:
+    hypothesis = rubbing.fitted.hypothesis
+    parts = {added.family for added in chain_of(hypothesis)}
+    wanted = {"scatter", "sensor_gain", "sensor_offset", "sensor_delay", "input_delay", "actuator_lag"}
+    assert parts <= wanted and wanted - parts <= {"actuator_lag"}
+    laws = {row.atom.effect.family for row in scan(Linearised.of(rubbing.fitted, rubbing.tau))}
+    assert not laws & parts - {"scatter"}
+    assert "coulomb_friction" in laws
+
+
+def test_unusual_numbers_leave_the_chain(rubbing: Base) -> None:
+    fitted, tau = rubbing.fitted, rubbing.tau
+    assert unusual_parts(fitted, tau) == []
+    (gain,) = [e for e in chain_of(fitted.hypothesis) if e.family == "sensor_gain"]
+    (name,) = gain.amplitudes
+    size = UNUSUAL * np.sqrt(tau) * gain.priors[name]
+    far = replace(fitted, fit=replace(fitted.fit, values={**fitted.fit.values, name: 1.1 * size}))
+    assert unusual_parts(far, tau) == [gain.key]
+
+
+def test_a_useless_number_costs_half_the_logarithm_of_the_samples(rubbing: Base) -> None:
+    around = Linearised.of(rubbing.fitted, rubbing.tau)
+    (atom,) = [row.atom for row in scan(around) if row.name == "quadratic_drag@joint"]
+    columns = np.random.default_rng(0).standard_normal((*around.columns.path.error.shape, 1))
+    row = row_of(around, replace(atom, positive=np.zeros(1, np.bool_)), columns)
+    assert row.nats == pytest.approx(-around.weights.price(1), abs=3.0)
+    assert around.weights.price(1) == pytest.approx(0.5 * np.log(around.weights.samples))
+
+
+def test_units_change_no_evidence(rubbing: Base) -> None:
+    around = Linearised.of(rubbing.fitted, rubbing.tau)
+    for atoms, columns in around.columns.atoms():
+        if (atoms[0].effect.family, atoms[0].effect.variant) == ("coulomb_friction", ""):
+            rows = [row_of(around, atoms[0], factor * columns) for factor in (1.0, 57.3)]
+            assert rows[0].nats == pytest.approx(rows[1].nats, rel=1e-6)
+            assert rows[0].amount == pytest.approx(57.3 * rows[1].amount, rel=1e-6)
+            return
+    raise AssertionError("dry friction is not among the laws")
+
+
+def test_the_linear_step_finds_dry_friction(rubbing: Base) -> None:
+    best = max(scan(Linearised.of(rubbing.fitted, rubbing.tau)), key=lambda row: row.nats)
+    assert best.atom.effect.kind == "dry friction" and best.nats > 30.0
+
+
+def test_a_run_left_out_is_predicted_by_the_others(rubbing: Base) -> None:
+    around = Linearised.of(rubbing.fitted, rubbing.tau)
+    found = LeftOutRuns.of(around)
+    assert np.all(found.square >= found.fitted - 1e-9)
+    assert found.samples.sum() == pytest.approx(around.weights.samples)
+    # by brute force, with the products of the others alone
+    none = np.empty((*around.columns.path.error.shape, 0))
+    each = around.products(none)[around.sigma].each
+    others = each[1:].sum(axis=0) + around.prior
+    moved = np.append(-np.linalg.solve(others[:-1, :-1], others[:-1, -1]), 1.0)
+    assert found.square[0] == pytest.approx(float(moved @ each[0] @ moved))
+
+
+@pytest.mark.parametrize("count", [2, 5, 40])
+def test_probabilities_of_equal_laws_are_equal_and_sum_to_one(count: int) -> None:
+    scores = np.random.default_rng(count).standard_normal((1, count))
+    equal = probabilities(np.concatenate([scores, scores]))
+    assert equal == pytest.approx([0.5, 0.5])
+    better = probabilities(np.concatenate([scores, scores - 5.0]))
+    assert better.sum() == pytest.approx(1.0) and better[0] > 0.99
+
+
+def test_what_one_of_many_runs_says_alone_counts_little() -> None:
+    alone, every = np.zeros((2, 10)), np.zeros((2, 10))
+    alone[1, 0], every[1] = -20.0, -2.0
+    shares = [probabilities(scores)[0] for scores in (alone, every)]
+    assert shares[0] < shares[1] and shares[1] > 0.999
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9, 0.98])
+def test_the_correlation_time_is_that_of_the_process(memory: float) -> None:
+    rng, x = np.random.default_rng(1), np.zeros((40, 2000))
+    for k in range(1, x.shape[1]):
+        x[:, k] = memory * x[:, k - 1] + rng.standard_normal(40)
+    found = correlation_time(x, np.ones(x.shape, np.bool_))
+    # the sum ends at the first small lag, and windows without their mean lose a little
+    assert found == pytest.approx((1.0 + memory) / (1.0 - memory), rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("unit", "lossy"),
+    [
+        *(("N s/m", True), ("kg/s", True), ("N m s/rad", True), ("ohm", True), ("W/K", True)),
+        *(("kg", False), ("N/m", False), ("H", False), ("F", False), ("J/K", False), ("N m/A", False)),
+        *(("s", False), ("1/s", False), ("1", False)),
+    ],
+)
+def test_losses_are_told_by_their_dimension(unit: str, lossy: bool) -> None:
+    assert is_lossy(parse_unit(unit).dimension) is lossy
+
+
+def test_every_law_has_a_kind() -> None:
+    assert all(effect.kind for effect in effects())
+    assert effect("coulomb_friction").kind == "dry friction" and effect("sensor_delay").kind == "timing"

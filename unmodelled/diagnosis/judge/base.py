@@ -1,0 +1,113 @@
+"""The known physics with its measurement chain, fitted to windows of one length; and the lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.data.persistence import persistence
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.unknowns import Start
+from unmodelled.diagnosis.judge.chain import Key, start_of_chain, unusual_parts, with_chain
+from unmodelled.diagnosis.judge.residual import Residual
+
+#: Lengths of the windows in default horizons. Weak damping shows over long windows only; over whole
+#: experiments everything else that is wrong adds up.
+LENGTHS = 1.0, 4.0
+#: Window samples of a fit, about: a budget of time.
+SAMPLES = 40_000
+#: Share of the loss by which an iteration must lower it, and most iterations: hypotheses differ by more.
+NEAR, ITERATIONS = 1e-3, 15
+#: Sensor noises from which a gap matters, and share of the error of a prediction without a model.
+NOISES, MATTERS = 2.0, 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """The known physics with its chain, fitted to windows of one length."""
+
+    fitted: FittedHypothesis
+    residual: Residual
+    tau: float  # correlation time by which priors of a fit are tightened, samples
+    physics: FittedHypothesis  # the known physics alone, fitted to the same windows
+
+    @property
+    def recording(self) -> Recording:
+        """Return the windows."""
+        return self.fitted.recording
+
+    @property
+    def horizon(self) -> float:
+        """Return the length of the longest window, s."""
+        return self.recording.logs.period * int(self.recording.steps.max())
+
+    def fit(self, hypothesis: Hypothesis, starts: Sequence[Start]) -> FittedHypothesis:
+        """Fit a hypothesis to the same windows, from each start apart; return the fit that leaves least."""
+        substeps = self.fitted.fit.substeps
+        found = [_fit(hypothesis, self.recording, start, substeps) for start in starts]
+        left = [float(np.log(Residual.of(f, self.residual.cap).square).sum()) for f in found]
+        return found[int(np.argmin(left))]
+
+    def matters(self, residual: Residual) -> bool:
+        """Return whether a residual is above the noise of the sensors and a share of the motion."""
+        noises, recording = np.sqrt(residual.square), self.recording
+        share = noises * recording.noise / recording.scale / persistence(recording)
+        return bool(np.any((noises > NOISES) & (share > MATTERS)))
+
+    def in_deviations(self, residual: Residual) -> Array:
+        """Return a residual in standard deviations of the outputs, (outputs,)."""
+        return np.asarray(np.sqrt(residual.square) * self.recording.noise / self.recording.scale)
+
+
+def bases(study: Study, begun: FittedHypothesis) -> Iterator[Base]:
+    """Yield the base at every length, each fit carried from the shorter one.
+
+    A long free run that is far off cannot be linearised: started from its own fit over a third of the length,
+    a right law leaves 0.5 % where a cold start diverges. `begun` is a fit of the known physics.
+    """
+    shorter: Start | None = None
+    for horizon in _horizons(study):
+        base = _base(replace(study, horizon=horizon), begun, shorter)
+        shorter = base.fitted.fit.every
+        yield base
+
+
+def _horizons(study: Study) -> list[float]:
+    """Lengths, s, each once and none longer than the longest experiment."""
+    period = study.logs.period
+    longest = period * float(np.diff(study.logs.offsets).max())
+    steps = (max(1, round(min(times * study.horizon, longest) / period)) for times in LENGTHS)
+    return [n * period for n in dict.fromkeys(steps)]
+
+
+def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
+    recording = study.recording
+    count = max(len(recording.runs), 8, round(SAMPLES / float(recording.steps.mean())))
+    recording, substeps = recording.thinned(count), begun.fit.substeps
+    physics = _fit(Hypothesis.known(study), recording, begun.fit.every, substeps)
+    alone = Residual.of(physics)
+    tau = float(alone.tau.max())
+    chained = _chained(physics, alone, tau, shorter, ())
+    if unusual := unusual_parts(chained, tau):
+        chained = _chained(physics, alone, tau, shorter, unusual)
+    return Base(chained, Residual.of(chained), tau, physics)
+
+
+def _chained(
+    physics: FittedHypothesis, alone: Residual, tau: float, shorter: Start | None, without: Collection[Key]
+) -> FittedHypothesis:
+    """The known physics with its chain, but for some parts, from its numbers and from a shorter fit."""
+    hypothesis = with_chain(physics.hypothesis, tau, without)
+    cold: Start = {**physics.fit.every, **start_of_chain(hypothesis)}
+    starts = [cold] if shorter is None else [cold, {**cold, **shorter}]
+    found = [_fit(hypothesis, physics.recording, start, physics.fit.substeps) for start in starts]
+    return min(found, key=lambda f: float(np.log(Residual.of(f, alone.cap).square).sum()))
+
+
+def _fit(hypothesis: Hypothesis, recording: Recording, start: Start, substeps: int) -> FittedHypothesis:
+    return FittedHypothesis.of(hypothesis, recording, [start], ITERATIONS, substeps, NEAR)

@@ -1,0 +1,112 @@
+"""The story of the judge, from top to bottom: base, lengths, scan, refits, class, further laws, verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.diagnosis.data.result import Verdict
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.judge.base import bases
+from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class
+from unmodelled.diagnosis.judge.curves import free_curves
+from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refits
+from unmodelled.diagnosis.judge.scan import scan
+
+#: Most laws beside each other.
+LAWS = 3
+#: Samples per independent one up to which what no law explains is noise.
+WHITE = 12.0
+#: Share of the squared residual that a law removes where the gap is small and yet named.
+NEARLY_ALL = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What laws are worth at one length of the windows."""
+
+    parent: Parent
+    refits: tuple[Refit, ...]
+
+    @property
+    def matters(self) -> bool:
+        """Return whether the gap of the base matters at this length."""
+        return self.parent.base.matters(self.parent.residual)
+
+    @property
+    def first(self) -> LawClass | None:
+        """Return the class that is named; where the gap is small, only if it removes nearly all of it."""
+        found = best_class(self.refits)
+        if found is None or self.matters or found.speaker.removed >= NEARLY_ALL:
+            return found
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What the judge says."""
+
+    verdict: Verdict
+    laws: tuple[LawClass, ...]  # the first explains most
+    looks: tuple[Look, ...]  # by length, the shortest first
+    look: Look  # at the length that decides
+    final: Parent  # with the laws
+
+
+def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> Judgement:
+    """Name the laws that a model leaves out.
+
+    Args:
+        study: known physics and logs, with the default horizon.
+        begun: fit of the known physics.
+        say: called with a line of text at each step.
+    """
+    # 1. The known physics with its measurement chain, over windows of the default horizon and of four times
+    #    it. At each length every law is ranked by one linear step, and the best are refitted.
+    looks, carried = list[Look](), Carried()
+    for base in bases(study, begun):
+        say(f"compare laws over windows of {base.horizon:.3g} s")
+        parent = Parent.of(base)
+        looks.append(Look(parent, tuple(refits(parent, scan(parent.around), carried))))
+
+    # 2. The longest windows decide; where their gap matters and no law stands, shorter ones.
+    look = _deciding(looks)
+    laws = [] if look.first is None else [look.first]
+    parent = look.parent.beside(laws[0].speaker) if laws else look.parent
+
+    # 3. A further law must explain more than a free curve in the arguments of the laws so far.
+    while laws and len(laws) < LAWS:
+        say("look for a further law")
+        further = _further(parent)
+        if further is None:
+            break
+        laws.append(further)
+        parent = parent.beside(further.speaker)
+    return Judgement(_verdict(looks, parent, bool(laws)), tuple(laws), tuple(looks), look, parent)
+
+
+def _deciding(looks: Sequence[Look]) -> Look:
+    """The longest length; where its gap matters and no law stands, the longest one at which a law stands."""
+    if not looks[-1].matters and looks[-1].first is None:
+        return looks[-1]
+    return next((look for look in reversed(looks) if look.first is not None), looks[-1])
+
+
+def _further(parent: Parent) -> LawClass | None:
+    """One law more, or None."""
+    found = refits(parent, scan(parent.around))
+    if best_class(found) is None:
+        return None
+    least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
+    return best_class([one for one in found if one.nats >= least])
+
+
+def _verdict(looks: Sequence[Look], final: Parent, named: bool) -> Verdict:
+    """Whether what is left is as small as the sensors or white."""
+    white = bool(np.all(final.residual.tau < WHITE))
+    if named:
+        return "effect" if white or not final.base.matters(final.residual) else "main_effect"
+    return "no_gap" if white or not any(look.matters for look in looks) else "unknown"

@@ -1,0 +1,215 @@
+"""A fit linearised with everything that is open around it, and the evidence of columns that are added.
+
+A residual counts as 1 / (its correlation time) samples. Starts of windows are eliminated window by window,
+deviations of experiments (random effects, Laird and Ware 1982) experiment by experiment, and the numbers that
+all experiments share at last. What is eliminated is integrated out: the determinant of its precision is a
+price (Laplace's approximation), so that freedom which the logs do not need costs nothing and gains nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from unmodelled.base.arrays import Array, Indices, Mask
+from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.judge.residual import correlation_time
+
+#: Sizes of the deviations of experiments, in their plausible size of 10 %: the likeliest of these counts.
+SIGMAS = 0.03, 0.1, 0.3, 1.0
+#: Samples that are compared: at least so many a window, at most so many in all, where there are more.
+FEWEST, MOST = 250, 20_000
+#: Standard deviation of open numbers and of starts of windows, in their plausible sizes.
+OPEN, START = 3.0, 3.0
+#: The same of a number of an experiment that has no prior.
+FREE = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """What makes residuals comparable between hypotheses over the same windows: those of the base."""
+
+    rows: Indices  # samples of a window that are compared
+    root: Array  # weights of their residuals in sensor noise, (windows, rows, outputs); 0 where none counts
+    samples: float  # independent ones
+
+    @classmethod
+    def of(cls, path: Path) -> Weights:
+        """Weigh the residuals of a path by their own size and correlation time."""
+        windows, K, outputs = path.error.shape
+        step = max(1, min(K // FEWEST, int(np.ceil(windows * K / MOST))))
+        rows = np.arange(step - 1, K, step)[: max(1, K // step)]
+        error, use = path.error[:, rows], path.root[:, rows] > 0.0
+        tau = np.array([correlation_time(error[..., j], use[..., j]) for j in range(outputs)])
+        square = (error**2 * use).sum(axis=(0, 1)) / np.maximum(use.sum(axis=(0, 1)), 1)
+        root = use / np.sqrt(np.maximum(square, 1e-12) * tau)
+        return cls(rows, root, max(2.0, float((use.sum(axis=(0, 1)) / tau).sum())))
+
+    def flat(self, columns: Array) -> Array:
+        """Return weighted columns, shape (windows, rows * outputs, N), from (windows, K, outputs, N)."""
+        weighted = np.nan_to_num(columns[:, self.rows]) * self.root[..., None]
+        windows, rows, outputs, many = weighted.shape
+        return weighted.reshape(windows, rows * outputs, many)
+
+    def price(self, numbers: int) -> float:
+        """Return the nats that numbers cost, log n / 2 each (Schwarz 1978)."""
+        return 0.5 * numbers * float(np.log(self.samples))
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products of [columns | residual] by experiment, starts and deviations eliminated, at one sigma."""
+
+    each: Array  # (experiments, N + 1, N + 1)
+    price: Array  # nats that the deviations cost, (experiments,)
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """A fit with everything that is open around it."""
+
+    fitted: FittedHypothesis
+    columns: Columns
+    weights: Weights
+    tau: float  # by which priors of the fit are tighter than those of independent samples
+
+    @classmethod
+    def of(cls, fitted: FittedHypothesis, tau: float, weights: Weights | None = None) -> Linearised:
+        """Linearise a fit around the path of its windows; the weights are its own unless some are given."""
+        path = Path.of_windows(fitted, fitted.recording)
+        return cls(fitted, Columns(path), weights or Weights.of(path), tau)
+
+    @cached_property
+    def runs(self) -> Indices:
+        """Return the numbers of the experiments."""
+        return np.unique(self.columns.path.owner)
+
+    @property
+    def opened(self) -> int:
+        """Return how many open numbers all experiments share."""
+        return len(self.columns.open.prior)
+
+    @cached_property
+    def _base(self) -> Array:
+        """Weighted columns [open | residual | of experiments], (windows, samples, N)."""
+        columns = self.columns
+        every = columns.open.columns, columns.path.error[..., None], columns.own.columns
+        return self.weights.flat(np.concatenate(every, axis=3))
+
+    @cached_property
+    def _starts(self) -> tuple[Array, Array, Array]:
+        """Columns of the starts of windows, inverse of their products with prior, and the step of `_base`."""
+        S = self.weights.flat(self.columns.starts)
+        inverse = np.asarray(np.linalg.inv(S.swapaxes(1, 2) @ S + np.eye(S.shape[2]) / START**2), float)
+        return S, inverse, inverse @ (S.swapaxes(1, 2) @ self._base)
+
+    @cached_property
+    def _own(self) -> tuple[Array, Array, Mask]:
+        """Plausible deviations and values of numbers of experiments, and those that sigma scales."""
+        numbers = self.columns.unknowns(own=True)
+        hidden = len(self.columns.own.prior) - len(numbers)
+        known = [np.isfinite(u.prior) for u in numbers]
+        size = [
+            u.prior * np.sqrt(self.tau) / u.scale if yes else FREE
+            for u, yes in zip(numbers, known, strict=True)
+        ]
+        ids, values = [self.columns.path.recording.logs.ids[i] for i in self.runs], self.fitted.fit.own
+        at = [[values[u.name][i] / u.scale for u in numbers] + [0.0] * hidden for i in ids]
+        unit = np.array(size + [1.0] * hidden)
+        return unit, np.array(at).reshape(len(ids), len(unit)), np.array(known + [False] * hidden, np.bool_)
+
+    @cached_property
+    def _by_run(self) -> Array:
+        """Products of `_base` by experiment, starts eliminated."""
+        S, _, step = self._starts
+        base = self._base
+        return self._sums(base.swapaxes(1, 2) @ base - (S.swapaxes(1, 2) @ base).swapaxes(1, 2) @ step)
+
+    def _sums(self, each: Array) -> Array:
+        """Sums over the windows of every experiment."""
+        owner = self.columns.path.owner
+        return np.stack([each[owner == run].sum(axis=0) for run in self.runs])
+
+    @cached_property
+    def _eliminated(self) -> Mapping[float, tuple[Array, Array, Products]]:
+        """By sigma: inverse precision of deviations, their step, and products of [open | residual]."""
+        M, many = self._by_run, self.opened + 1
+        unit, at, scaled = self._own
+        found = {}
+        for sigma in SIGMAS:
+            size = unit * np.where(scaled, sigma, 1.0)
+            part, cross, square = M[:, :many, :many].copy(), M[:, many:, :many].copy(), M[:, many:, many:]
+            part[:, -1, -1] += np.sum((at / size) ** 2, axis=1)
+            cross[:, :, -1] -= at / size**2
+            inverse = np.asarray(np.linalg.inv(square + np.diag(size**-2.0)), float)
+            price = 0.5 * np.linalg.slogdet(np.eye(len(size)) + square * np.outer(size, size))[1]
+            step = inverse @ cross
+            found[sigma] = inverse, step, Products(part - cross.swapaxes(1, 2) @ step, price)
+        return found
+
+    @cached_property
+    def prior(self) -> Array:
+        """Return the products of the priors of open numbers, about zero for the chain, [open | residual]."""
+        numbers, values = self.columns.unknowns(own=False), self.fitted.fit.values
+        chain = np.array([np.isfinite(u.prior) for u in numbers], np.bool_)
+        own = np.array([u.prior * np.sqrt(self.tau) / u.scale for u in numbers])
+        size = np.minimum(self.columns.open.prior * OPEN, own)
+        at = np.array([values[u.name] / u.scale if c else 0.0 for u, c in zip(numbers, chain, strict=True)])
+        found = np.diag(np.append(size**-2.0, np.sum((at / size) ** 2)))
+        found[:-1, -1] = found[-1, :-1] = -at / size**2
+        return found
+
+    def products(self, columns: Array) -> Mapping[float, Products]:
+        """Return products of [columns | open | residual] by sigma; columns (windows, K, outputs, N)."""
+        X = self.weights.flat(columns)
+        S, inverse, step = self._starts
+        T, TS = X.swapaxes(1, 2), X.swapaxes(1, 2) @ S
+        XX = self._sums(T @ X - TS @ inverse @ TS.swapaxes(1, 2))
+        XB = self._sums(T @ self._base - TS @ step)
+        many, N, found = self.opened + 1, X.shape[2], {}
+        for sigma, (left, own, rest) in self._eliminated.items():
+            XZ = XB[:, :, many:]
+            full = np.empty((len(XX), N + many, N + many))
+            full[:, :N, :N] = XX - XZ @ left @ XZ.swapaxes(1, 2)
+            full[:, :N, N:] = XB[:, :, :many] - XZ @ own
+            full[:, N:, :N] = full[:, :N, N:].swapaxes(1, 2)
+            full[:, N:, N:] = rest.each
+            found[sigma] = Products(full, rest.price)
+        return found
+
+    def reduced(self, columns: Array) -> Mapping[float, tuple[Array, float]]:
+        """Return products of [columns | residual], open numbers eliminated, and prices, by sigma."""
+        found, N = {}, columns.shape[3]
+        kept, gone = np.append(np.arange(N), N + self.opened), N + np.arange(self.opened)
+        for sigma, products in self.products(columns).items():
+            full = products.each.sum(axis=0)
+            full[N:, N:] += self.prior
+            left = np.linalg.solve(full[np.ix_(gone, gone)], full[np.ix_(gone, kept)])
+            total = full[np.ix_(kept, kept)] - full[np.ix_(kept, gone)] @ left
+            found[sigma] = total, float(products.price.sum())
+        return found
+
+    @cached_property
+    def _own_evidence(self) -> Mapping[float, float]:
+        """Evidence of the fit by sigma, nats."""
+        none = np.empty((*self.columns.path.error.shape, 0))
+        return {sigma: self.likelihood(G[-1, -1], price) for sigma, (G, price) in self.reduced(none).items()}
+
+    @property
+    def evidence(self) -> float:
+        """Return the evidence of the fit, nats, up to a constant of the weights."""
+        return max(self._own_evidence.values())
+
+    @property
+    def sigma(self) -> float:
+        """Return the likeliest size of the deviations of experiments, in their plausible size."""
+        return max(self._own_evidence, key=lambda sigma: self._own_evidence[sigma])
+
+    def likelihood(self, square: float, price: float) -> float:
+        """Return the log likelihood of a squared residual whose variance is unknown, less a price."""
+        return -0.5 * self.weights.samples * float(np.log(max(square, 1e-300))) - price

@@ -1,0 +1,60 @@
+"""Residuals of a fit from its fitted starts: their size, and how many samples of them are independent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.base.arrays import Array, Mask
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+
+#: Largest squared residual that counts, in medians of those of the base: that of five standard deviations of
+#: normal errors, whose squares have a median of 0.455.
+CAP = 25.0 / 0.455
+#: Autocorrelation from which samples count as independent, the usual end of such sums (Geyer 1992).
+INDEPENDENT = 0.05
+#: Squared residual of a simulation that diverged, in squares of the sensor noise.
+DIVERGED = 1e12
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What a fit leaves, by output."""
+
+    square: Array  # mean squared residual, capped, in squares of the sensor noise, (outputs,)
+    tau: Array  # samples per independent one, (outputs,)
+    cap: Array  # largest squared residual that counted, (outputs,)
+
+    @classmethod
+    def of(cls, fitted: FittedHypothesis, cap: Array | None = None) -> Residual:
+        """Return the residual of a fit; beyond a cap, its own unless one is given, it counts as the cap."""
+        e, recording = fitted.errors[0], fitted.recording
+        square = np.nan_to_num(e**2, nan=np.inf)
+        counted = np.broadcast_to(recording.counted[..., None], e.shape)
+        beyond = recording.left_out(np.zeros((1, e.shape[2]), np.int64))
+        counted = counted if beyond is None else counted & ~beyond[:, 0]
+        every = range(e.shape[2])
+        own = np.array([CAP * np.median(square[..., j][counted[..., j]]) for j in every])
+        cap = np.where(np.isfinite(own), own, DIVERGED) if cap is None else cap
+        mean = np.array([np.minimum(square[..., j], cap[j])[counted[..., j]].mean() for j in every])
+        use = counted & np.isfinite(e)
+        tau = [correlation_time(np.nan_to_num(e[..., j]), use[..., j]) for j in every]
+        return cls(mean, np.array(tau), cap)
+
+
+def correlation_time(r: Array, use: Mask) -> float:
+    """Return the samples per independent one of residuals (windows, samples), at least 1 (Bartlett 1946).
+
+    The autocorrelation over all windows is summed up to the first lag at which it is small.
+    """
+    count = np.maximum(use.sum(axis=1, keepdims=True), 1)
+    x = np.where(use, r - np.where(use, r, 0.0).sum(axis=1, keepdims=True) / count, 0.0)
+    n = x.shape[1]
+    power = (np.abs(np.fft.rfft(x, 2 * n, axis=1)) ** 2).sum(axis=0)
+    pairs = (np.abs(np.fft.rfft(use.astype(float), 2 * n, axis=1)) ** 2).sum(axis=0)
+    rho = np.fft.irfft(power)[:n] / np.maximum(np.fft.irfft(pairs)[:n], 1.0)
+    rho = rho / max(float(rho[0]), 1e-300)
+    small = np.flatnonzero(rho < INDEPENDENT)
+    end = int(small[0]) if len(small) else n
+    return float(max(1.0, 1.0 + 2.0 * rho[1:end].sum()))

@@ -1,0 +1,94 @@
+"""Every law of the library at every place as columns around a fit: its evidence by one linear step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.base.arrays import Array, Indices, Mask
+from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.judge.linear import Linearised
+
+#: Size of a column, in weighted residuals, below which it changes nothing.
+NOTHING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A law at a place with one shape, by its linear step."""
+
+    atom: Atom
+    shapes: int  # shapes of this law that were tried at this place
+    nats: float  # evidence for it, after the price of its numbers
+    amount: Array  # amplitudes, (amplitudes,), in plausible sizes
+
+    @property
+    def name(self) -> str:
+        """Return family@channel, which is one explanation."""
+        return f"{self.atom.effect.family}@{self.atom.place.channel}"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Return name and variant."""
+        return self.name, self.atom.effect.variant
+
+
+def scan(around: Linearised) -> list[Row]:
+    """Return every law at every place with every shape around a fit."""
+    found = []
+    for atoms, columns in around.columns.atoms():
+        reduced, many = around.reduced(columns), columns.shape[3] // len(atoms)
+        for k, atom in enumerate(atoms):
+            found.append(_row(around, atom, len(atoms), reduced, np.arange(many * k, many * (k + 1))))
+    return found
+
+
+def row_of(around: Linearised, atom: Atom, columns: Array) -> Row:
+    """Return a law that is not of the library, from its columns (windows, K, outputs, amplitudes)."""
+    return _row(around, atom, 1, around.reduced(columns), np.arange(columns.shape[3]))
+
+
+def best_by_name(rows: Iterable[Row]) -> list[Row]:
+    """Return the best row of every law at every place, the best first."""
+    found: dict[str, Row] = {}
+    for row in rows:
+        if row.name not in found or row.nats > found[row.name].nats:
+            found[row.name] = row
+    return sorted(found.values(), key=lambda row: -row.nats)
+
+
+def _row(
+    around: Linearised, atom: Atom, shapes: int, reduced: Mapping[float, tuple[Array, float]], mine: Indices
+) -> Row:
+    best, amount = -np.inf, np.zeros(len(mine))
+    for G, price in reduced.values():
+        gain, step = removed(G, mine, atom.positive)
+        nats = around.likelihood(max(G[-1, -1] - gain, 1e-12 * G[-1, -1]), price)
+        if nats > best:
+            best, amount = nats, step
+    return Row(atom, shapes, best - around.evidence - around.weights.price(atom.numbers), amount)
+
+
+def removed(G: Array, mine: Indices, positive: Mask) -> tuple[float, Array]:
+    """Return the squared residual that columns remove, and their amounts, of products [columns | residual].
+
+    A column whose amount would be negative, where none may be, is left out.
+    """
+    none, H = np.zeros(len(mine)), G[np.ix_(mine, mine)]
+    size = np.sqrt(np.maximum(np.diag(H), 0.0))
+    there = size > NOTHING
+    if not there.any():
+        return 0.0, none
+    amount, few = none.copy(), mine[there]
+    normed = H[np.ix_(there, there)] / np.outer(size[there], size[there]) + 1e-9 * np.eye(len(few))
+    amount[there] = np.linalg.solve(normed, G[few, -1] / size[there]) / size[there]
+    wrong = positive & (amount < 0.0)
+    if not wrong.any():
+        return float(amount @ G[mine, -1]), amount
+    if wrong.all():
+        return 0.0, none
+    gain, less = removed(G, mine[~wrong], positive[~wrong])
+    none[~wrong] = less
+    return gain, none
