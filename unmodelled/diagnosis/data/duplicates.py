@@ -144,14 +144,14 @@ def _repeated(logs: Logs, output: int) -> Iterator[_Part]:
 def _equal_windows(values: Array, offsets: Indices) -> tuple[Indices, Indices]:
     """Return the first samples of windows that stand in the values (samples,) before, and where they do.
 
-    Windows in which a value stands still, or that reach into the next run, do not count.
+    Windows in which two neighbours are equal, as at rest, or that reach into the next run, do not count.
     """
     windows = sliding_window_view(np.ascontiguousarray(values).view(np.uint64), FEWEST_EQUAL)
     weights = np.random.default_rng(0).integers(1, 2**63, FEWEST_EQUAL, dtype=np.uint64) | np.uint64(1)
     keys = np.zeros(len(windows), np.uint64)
     for k, weight in enumerate(weights):
         keys += windows[:, k] * weight  # modulo 2**64
-    moving = (np.diff(values) != 0.0)[: len(windows)]
+    moving = sliding_window_view(np.diff(values) != 0.0, FEWEST_EQUAL - 1).all(axis=1)
     inside = np.ones(len(windows), np.bool_)
     for end in offsets[1:-1].tolist():
         inside[max(0, end - FEWEST_EQUAL + 1) : end] = False
