@@ -13,7 +13,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.duplicates import different, duplicates, repeated
+from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.log_questions import (
     Question,
@@ -102,10 +102,6 @@ def log_faults(
 
 def _contradictions(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> Iterator[LogFault]:
     """Yield faults that the samples show beyond doubt, whatever the model says."""
-    again = tuple(repeated(logs))
-    yield from again
-    if any(fault.decides for fault in again):
-        return
     trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
     faults = tuple(rate_faults(system, logs, trials.sensors))
     yield from faults or (_of_ratio(trials, ratio) for ratio in ratios(system, logs, trials.sensors))
