@@ -5,9 +5,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.linalg import expm
 
 import unmodelled as um
-from tests.machines.folders import Array, diagnosed, motion, recorded, text_of
+from tests.machines.folders import Array, diagnosed, motion, recorded, system_of, text_of
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.effects.parameter_error import ParameterError
+from unmodelled.effects.place import Place
 
 pytestmark = pytest.mark.long
 Random = np.random.Generator
@@ -77,6 +83,49 @@ def test_the_spring_between_two_masses_is_not_driven_to_its_bound(tmp_path: Path
     answer = diagnosed(tmp_path, text_of("damped_two_masses.yaml"), logs)
     assert (answer.effects[0].family, answer.effects[0].port) == ("coulomb_friction", "load")
     assert answer.parameters.set_index("name").loc["k", "identified"] == pytest.approx(60.0, rel=0.05)
+
+
+WINCH = """
+schema: system/1
+name: winch
+states: {w: {unit: rad/s}, i: {unit: A}, q: {unit: rad}}
+inputs: {U: {unit: V, hold: true}}
+outputs: {w: {unit: rad/s}, i: {unit: A}}
+parameters:
+  J: {value: 0.05, unit: kg m^2, identify: true, bounds: [0.01, 0.2]}
+  b: {value: 0.03, unit: N m s/rad, identify: true, bounds: [0, 0.3]}
+  k: {value: 0.62, unit: N m/A}
+  R: {value: 1.5, unit: ohm}
+  L: {value: 0.015, unit: H}
+ports: {drum: {effort: T, unit: N m, position: q, velocity: w}}
+dynamics: {w: (k*i - b*w - T)/J, i: (U - R*i - k*w)/L, q: w}
+"""
+
+
+def winch(rng: Random) -> pd.DataFrame:
+    """A drum whose winding (10 ms) is as quick as the recorder, sampled exactly."""
+    t, J, b, k, R, L = np.arange(0.0, 4.0, 0.016), 0.05, 0.03, 0.5, 1.5, 0.015
+    U = steps([-24.0, -12.0, -6.0, 0.0, 6.0, 12.0, 24.0], 12, t, rng)
+    rates = np.array([[-b / J, k / J, 0.0], [-k / L, -R / L, 1.0 / L], [0.0, 0.0, 0.0]])
+    step, x = expm(0.016 * rates), np.zeros((len(t), 2))
+    for n in range(len(t) - 1):
+        x[n + 1] = (step @ [*x[n], U[n]])[:2]
+    noisy = x + rng.normal(0.0, [0.01, 0.004], x.shape)
+    return pd.DataFrame({"t": t, "U": U, "w": noisy[:, 0], "i": noisy[:, 1]})
+
+
+def test_the_integration_is_refined_with_the_error_of_a_model_that_fits(tmp_path: Path) -> None:
+    """Two steps per sample are enough beside the error of the file, and too coarse for the right number."""
+    system = system_of(WINCH, tmp_path / "system")
+    study = Study.of(system, um.read_logs(recorded(tmp_path / "logs", winch, 6), system), 0.4, 0)
+    search = EffectSearch(study)
+    right = Hypothesis.known(study).plus(ParameterError(), Place("parameter", "k"))
+    search._keep(search._fitted(right, [{}]))
+    search._converge()
+    named = search._named()
+    assert named.hypothesis is right
+    assert named.fit.substeps >= named.steps_needed > search.base.fit.substeps
+    assert named.fit.values["J"] == pytest.approx(0.05, rel=5e-4)
 
 
 def fan(folder: Path, damping: float, drag: float = 0.0) -> str:

@@ -12,7 +12,8 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
-from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
+from unmodelled.diagnosis.fitting.deviation import substeps_needed
+from unmodelled.diagnosis.fitting.fit import OF_ERROR, ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -206,6 +207,12 @@ class FittedHypothesis:
         simulation = hypothesis.simulation(recording)
         found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, share)
         return cls(hypothesis, recording, found)
+
+    @property
+    def steps_needed(self) -> int:
+        """Return the integration steps per sample whose error is small beside that of the fit."""
+        simulation = self.hypothesis.simulation(self.recording)
+        return substeps_needed(simulation, self.fit.numbers, of_error=OF_ERROR)[0]
 
     @property
     def is_own(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
@@ -243,18 +243,34 @@ class EffectSearch:
         return self._fitted(hypothesis, [found.every, *near])
 
     def _fitted(
-        self, hypothesis: Hypothesis, starts: Sequence[Start], share: float = NEAR_ENOUGH
+        self,
+        hypothesis: Hypothesis,
+        starts: Sequence[Start],
+        share: float = NEAR_ENOUGH,
+        substeps: int | None = None,
     ) -> FittedHypothesis:
-        substeps = self.base.fit.substeps
-        return FittedHypothesis.of(hypothesis, self.fitted, starts, substeps=substeps, share=share)
+        steps = substeps or self.base.fit.substeps
+        return FittedHypothesis.of(hypothesis, self.fitted, starts, substeps=steps, share=share)
 
     def _converge(self) -> None:
-        """Fit the named candidate, and those with an effect less, until their loss falls no more."""
+        """Fit the named candidate, and those with an effect less, until their loss falls no more.
+
+        The steps of the integration that are enough beside the error of the known physics may be too coarse
+        for a model that fits: with finer ones, its rivals are fitted again, too.
+        """
         while (named := self._named()).hypothesis.key not in self.converged:
             self.converged.add(named.hypothesis.key)
             every = [named, *(self.without(named, effect) for effect in named.hypothesis.removable)]
-            self._keep_each(lambda f: self._fitted(f.hypothesis, [f.fit.every], CONVERGED_SHARE), every)
+            steps = max(named.steps_needed, named.fit.substeps)
+            if steps > named.fit.substeps:
+                candidates = self.candidates
+                rivals = candidates.as_good(candidates.fits.index(named))
+                every += [candidates.fits[k] for k in rivals if candidates.fits[k] not in every]
+            self._keep_each(partial(self._fitted_on, steps), every)
             self._remove()
+
+    def _fitted_on(self, substeps: int, fitted: FittedHypothesis) -> FittedHypothesis:
+        return self._fitted(fitted.hypothesis, [fitted.fit.every], CONVERGED_SHARE, substeps)
 
     def _keep_each(self, fit: Callable[[T], FittedHypothesis], each: Iterable[T]) -> None:
         """Fit side by side, and keep what is better than before."""
