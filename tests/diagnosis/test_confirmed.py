@@ -54,7 +54,7 @@ def test_an_effect_that_explains_too_little_is_not_named(
     chosen, small = module._of_size(found.search, found.chosen)
     assert not chosen.hypothesis.effects and [e.family for e in small] == ["coulomb_friction"]
     (note,) = small_effects(small, ())
-    assert note.startswith("coulomb_friction at joint explains less than")
+    assert note.startswith("coulomb_friction at joint lowers the squared error of all experiments by less")
     assert small_effects(small, small) == []  # what is named, or listed as its equal, is not struck
 
 
