@@ -76,6 +76,7 @@ def _archived(path: Path, folder: Path) -> Iterator[Case]:
     members = [PurePosixPath(name) for name in archive.members]
     if top / "known.md" in members:
         yield from _at_top(archive, members, folder / path.stem)
+        return
     for about in sorted(p for p in members if p.name == "known.md" and p.parent.parent == top):
         own, text = folder / path.stem, archive.read(str(about)).decode(errors="replace")
         at, make = own / about.parent.name, partial(once, own, partial(_unpack, archive, own))

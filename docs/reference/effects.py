@@ -24,6 +24,7 @@ EXAMPLES = (
     "tests/physics/effects/coil.yaml",
     "tests/physics/effects/cell.yaml",
     "systems/coupling.yaml",
+    "tests/machines/turntable.yaml",
 )
 COLUMNS = ("variant", "description", "place", "law", "parameters", "complexity")
 HEAD = """# Effects

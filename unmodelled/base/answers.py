@@ -41,7 +41,11 @@ def read_diagnosis(path: Path) -> dict[str, Any]:
 
 
 def read_answer(path: Path) -> dict[str, Any]:
-    """Read the answer.json of an entrant of the benchmark, as `read_diagnosis` does."""
+    """Read the answer.json of an entrant of the benchmark, as `read_diagnosis` does.
+
+    Args:
+        path: file of the answer.
+    """
     content = _read(path)
     check_content(path, content, "answer")
     return _printable(path, content)

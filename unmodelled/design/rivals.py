@@ -171,7 +171,7 @@ class Rival:
 
     @cached_property
     def around_draws(self) -> list[tuple[list[System], Array]]:
-        """Return the systems around the numbers of every draw, see `around`."""
+        """Return the systems around the numbers of every draw, and steps (columns,), see `around`."""
         return [self.around(point) for point in self.draws]
 
     @property
@@ -184,7 +184,7 @@ class Rival:
 
     @cached_property
     def sets(self) -> tuple[list[System], Array]:
-        """Return the systems around the fitted numbers, see `around`."""
+        """Return the systems around the fitted numbers, and steps (columns,), see `around`."""
         return self.around(np.array(list(self.values.values())))
 
     def around(self, here: Array) -> tuple[list[System], Array]:

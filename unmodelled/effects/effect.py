@@ -65,7 +65,7 @@ class Effect(ABC):
         at_levels: whether it acts at levels of factors only; default False.
         may_be_far: whether it may be larger than any linear step shows, so that it is always fitted alone;
             default False.
-        kind: what the law is about.
+        kind: subject of the law, such as dry friction.
     """
 
     family: str

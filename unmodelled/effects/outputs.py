@@ -8,12 +8,7 @@ from unmodelled.systems.model import Input, Output, System, symbol
 
 
 def rate_output(system: System, name: str) -> Output | None:
-    """Return the output that shows the time derivative of another one, as the speed of an encoder; or None.
-
-    Args:
-        system: system of the outputs.
-        name: name of the output whose rate is shown.
-    """
+    """Return the output that shows the rate of the named one, as the speed of an encoder; or None."""
     rates = dict(zip(system.x, system.dynamics, strict=True))
     (expression,) = (o.expression for o in system.outputs if o.name == name)
     moving = expression.free_symbols & rates.keys()
@@ -24,11 +19,6 @@ def rate_output(system: System, name: str) -> Output | None:
 
 
 def direct_input(system: System, output: Output) -> Input | None:
-    """Return the only input that acts on an output at once, without a state between; None if there is none.
-
-    Args:
-        system: system of the output.
-        output: output of the system.
-    """
+    """Return the only input that acts on an output at once, without a state between; or None."""
     acting = [item for item in system.inputs if output.expression.has(symbol(item.name))]
     return acting[0] if len(acting) == 1 else None

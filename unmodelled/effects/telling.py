@@ -43,11 +43,7 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
 def told_wave(added: Added, name: str, values: Mapping[str, float], digits: int) -> str:
     """Return amplitude, frequency and phase of a wave in words, by the name of the amplitude of its sine.
 
-    Args:
-        added: effect with the wave.
-        name: name of the amplitude of the sine.
-        values: numbers of the effect in SI units, by name.
-        digits: significant digits of the amplitude; the phase has whole degrees.
+    Values are in SI units; the amplitude has so many digits, the phase whole degrees.
     """
     wave, sine = added.waves[name], values[name]
     cosine, times = values[wave.cosine], wave.times if isinstance(wave.times, float) else values[wave.times]

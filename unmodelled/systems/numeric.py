@@ -62,7 +62,7 @@ def numpy_system_function(
 
 
 def numpy_function(expression: sp.Expr, *symbols: sp.Symbol) -> Callable[..., Array]:
-    """Return a NumPy function that evaluates an expression without tables; its arguments broadcast."""
+    """Return a NumPy function that evaluates an expression without tables; arguments (...) broadcast."""
     code = _code((expression,), symbols, ())
 
     def function(*values: Any) -> Array:

@@ -24,13 +24,9 @@ def with_chain(physics: Hypothesis, tau: float = 1.0, without: Collection[Key] =
 
     Gains of inputs and losses differ between experiments, inputs act late and behind a small lag, outputs are
     late, and their gain and zero are a little off. Without priors this chain stands in for the machine: a
-    delay of 163 ms did so for a damping.
-
-    Args:
-        physics: hypothesis to which the chain is added.
-        tau: correlation time of the errors, samples. A prior counts against independent samples, a fit
-            counts all of them: its priors are tighter by the root.
-        without: family, variant and place of parts that are left out.
+    delay of 163 ms did so for a damping. A prior counts against independent samples, and a fit counts all of
+    them: with errors that are correlated over `tau` samples, priors are tighter by the root. Parts `without`
+    are left out.
     """
     found, period = physics, physics.study.logs.period
     for effect, place in _every(physics):

@@ -26,7 +26,7 @@ NEARLY_ALL = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What laws are worth at one length of the windows."""
+    """Evidence of laws at one length of the windows."""
 
     parent: Parent
     refits: tuple[Refit, ...]
@@ -47,7 +47,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Judgement:
-    """What the judge says."""
+    """Answer of the judge."""
 
     verdict: Verdict
     laws: tuple[LawClass, ...]  # the first explains most
@@ -59,10 +59,7 @@ class Judgement:
 def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> Judgement:
     """Name the laws that a model leaves out.
 
-    Args:
-        study: known physics and logs, with the default horizon.
-        begun: fit of the known physics.
-        say: called with a line of text at each step.
+    The study has the default horizon, `begun` is a fit of the known physics; `say` takes a line at each step.
     """
     # 1. The known physics with its measurement chain, over windows of the default horizon and of four times
     #    it. At each length every law is ranked by one linear step, and the best are refitted.

@@ -32,9 +32,9 @@ FREE = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """What makes residuals comparable between hypotheses over the same windows: those of the base."""
+    """Weights of residuals over the same windows, those of the base, so that hypotheses compare."""
 
-    rows: Indices  # samples of a window that are compared
+    rows: Indices  # samples of a window that are compared, (rows,)
     root: Array  # weights of their residuals in sensor noise, (windows, rows, outputs); 0 where none counts
     samples: float  # independent ones
 
@@ -86,7 +86,7 @@ class Linearised:
 
     @cached_property
     def runs(self) -> Indices:
-        """Return the numbers of the experiments."""
+        """Return the numbers, shape (experiments,), of the experiments."""
         return np.unique(self.columns.path.owner)
 
     @property
@@ -154,7 +154,7 @@ class Linearised:
 
     @cached_property
     def prior(self) -> Array:
-        """Return the products of the priors of open numbers, about zero for the chain, [open | residual]."""
+        """Return products (open + 1, open + 1) of the priors of open numbers, about zero for the chain."""
         numbers, values = self.columns.unknowns(own=False), self.fitted.fit.values
         chain = np.array([np.isfinite(u.prior) for u in numbers], np.bool_)
         own = np.array([u.prior * np.sqrt(self.tau) / u.scale for u in numbers])
@@ -183,7 +183,7 @@ class Linearised:
         return found
 
     def reduced(self, columns: Array) -> Mapping[float, tuple[Array, float]]:
-        """Return products of [columns | residual], open numbers eliminated, and prices, by sigma."""
+        """Return products (N + 1, N + 1) of columns and residual without open numbers, and prices."""
         found, N = {}, columns.shape[3]
         kept, gone = np.append(np.arange(N), N + self.opened), N + np.arange(self.opened)
         for sigma, products in self.products(columns).items():

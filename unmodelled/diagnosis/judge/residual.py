@@ -20,7 +20,7 @@ DIVERGED = 1e12
 
 @dataclass(frozen=True)
 class Residual:
-    """What a fit leaves, by output."""
+    """Residual of a fit, by output."""
 
     square: Array  # mean squared residual, capped, in squares of the sensor noise, (outputs,)
     tau: Array  # samples per independent one, (outputs,)
@@ -28,7 +28,7 @@ class Residual:
 
     @classmethod
     def of(cls, fitted: FittedHypothesis, cap: Array | None = None) -> Residual:
-        """Return the residual of a fit; beyond a cap, its own unless one is given, it counts as the cap."""
+        """Return the residual of a fit; it counts as a cap (outputs,), its own unless given, at most."""
         e, recording = fitted.errors[0], fitted.recording
         square = np.nan_to_num(e**2, nan=np.inf)
         counted = np.broadcast_to(recording.counted[..., None], e.shape)

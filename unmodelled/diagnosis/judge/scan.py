@@ -72,7 +72,7 @@ def _row(
 
 
 def removed(G: Array, mine: Indices, positive: Mask) -> tuple[float, Array]:
-    """Return the squared residual that columns remove, and their amounts, of products [columns | residual].
+    """Return the squared residual that columns remove, and their amounts, of products (N + 1, N + 1).
 
     A column whose amount would be negative, where none may be, is left out.
     """

@@ -152,7 +152,7 @@ def _paused(values: Array, stretch: tuple[int, int], span: float) -> bool:
 
 
 def enough_without(left_out: Mask) -> bool:
-    """Return whether parts of 50 samples or more hold at least half of all samples."""
+    """Return whether parts of 50 samples or more, without some (samples,), hold at least half of all."""
     edges = np.flatnonzero(np.diff(np.concatenate([[True], left_out, [True]]).astype(np.int8)))
     lengths = edges[1::2] - edges[::2]
     return bool(lengths[lengths >= SHORTEST_LOG].sum() >= REMAIN * len(left_out))
