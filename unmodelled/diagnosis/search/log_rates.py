@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -18,10 +19,13 @@ from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.engine.machine.program import Program
 from unmodelled.logs.inspection.pairs import FACTOR, REST, SAME
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
+#: Points at which two outputs are compared, and the rounding error of their quotient.
+POINTS, ROUNDING = 16, 1e-9
 #: Names of the problems.
 EXCHANGED, STANDS, APART = "exchanged", "frozen", "unrelated_rate"
 #: Share of the power of a speed that the slope explains at most where the two have nothing in common.
@@ -76,20 +80,34 @@ class _Fit:
 
 
 def rates(system: System) -> tuple[Rate, ...]:
-    """Return the outputs that are the rate of another one, times a number."""
-    speeds = dict(zip(system.x, system.dynamics, strict=True))
-    numbers = dict(zip(system.p, system.values, strict=True))
+    """Return the outputs that are the rate of another one, times a number.
+
+    Both are compared at random points: to simplify their quotient takes minutes for a mechanism.
+    """
+    speeds = dict(zip(system.x, system.closed, strict=True))
+    positions = [
+        p
+        for p, output in enumerate(system.outputs)
+        if output.expression.free_symbols & set(speeds) and not output.expression.has(*system.u)
+    ]
+    slopes = [
+        sp.Add(*(sp.diff(system.outputs[p].expression, x) * rate for x, rate in speeds.items()))
+        for p in positions
+    ]
+    shown = [output.expression for output in system.outputs]
+    draw = partial(np.random.default_rng(0).uniform, 0.1, 1.0)
+    x, u, c = (draw((POINTS, len(each))) for each in (system.x, system.u, system.c))
+    program = Program.of_values(system, [*slopes, *shown])
+    with np.errstate(all="ignore"):
+        values = program.evaluate(np.array(0.0), x, u, np.array(system.values), c)
+        ratios = values[:, None, len(slopes) :] / values[:, : len(slopes), None]
     found = []
-    for p, position in enumerate(system.outputs):
-        shown = position.expression
-        if not shown.free_symbols & set(speeds) or shown.free_symbols & set(system.u):
-            continue
-        rate = sp.expand(sum(sp.diff(shown, x) * speed for x, speed in speeds.items() if shown.has(x)))
-        for s, speed in enumerate(system.outputs):
-            ratio = (rate / speed.expression).xreplace(numbers) if speed.expression.has(*speeds) else sp.nan
-            factor = sp.cancel(ratio) if ratio.is_finite is not False and rate.has(*speeds) else sp.nan
-            if s != p and factor.is_Number and factor.is_finite and factor != 0:
-                found.append(Rate(p, s, 1.0 / float(factor)))
+    for k, p in enumerate(positions):
+        for s in range(len(shown)):
+            ratio = ratios[:, k, s]
+            same = np.isfinite(ratio).all() and np.ptp(ratio) <= ROUNDING * abs(ratio[0])
+            if s != p and same and ratio[0] != 0.0:
+                found.append(Rate(p, s, float(ratio[0])))
     return tuple(found)
 
 
