@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -95,8 +94,8 @@ def rates(system: System) -> tuple[Rate, ...]:
         for p in positions
     ]
     shown = [output.expression for output in system.outputs]
-    draw = partial(np.random.default_rng(0).uniform, 0.1, 1.0)
-    x, u, c = (draw((POINTS, len(each))) for each in (system.x, system.u, system.c))
+    rng = np.random.default_rng(0)
+    x, u, c = (rng.uniform(0.1, 1.0, (POINTS, len(each))) for each in (system.x, system.u, system.c))
     program = Program.of_values(system, [*slopes, *shown])
     with np.errstate(all="ignore"):
         values = program.evaluate(np.array(0.0), x, u, np.array(system.values), c)
