@@ -34,7 +34,6 @@ class Base:
     fitted: FittedHypothesis
     residual: Residual
     tau: float  # correlation time by which priors of a fit are tightened, samples
-    physics: FittedHypothesis  # the known physics alone, fitted to the same windows
 
     @property
     def recording(self) -> Recording:
@@ -95,7 +94,7 @@ def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
     chained = _chained(physics, alone, tau, shorter, ())
     if unusual := unusual_parts(chained, tau):
         chained = _chained(physics, alone, tau, shorter, unusual)
-    return Base(chained, Residual.of(chained), tau, physics)
+    return Base(chained, Residual.of(chained), tau)
 
 
 def _chained(

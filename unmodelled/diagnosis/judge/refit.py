@@ -33,17 +33,16 @@ class Parent:
     residual: Residual
     around: Linearised
     weights: Weights  # of the base: nats of all rounds compare
-    score: LeftOutRuns  # predictions of experiments that were left out
 
     @classmethod
     def of(cls, base: Base) -> Parent:
         """Return the base itself."""
         around = Linearised.of(base.fitted, base.tau)
-        return cls(base, base.fitted, base.residual, around, around.weights, LeftOutRuns.of(around))
+        return cls(base, base.fitted, base.residual, around, around.weights)
 
     def beside(self, law: Refit) -> Parent:
         """Return the fit with one law more."""
-        return Parent(self.base, law.fitted, law.residual, law.around, self.weights, law.score)
+        return Parent(self.base, law.fitted, law.residual, law.around, self.weights)
 
 
 @dataclass(frozen=True, eq=False)
