@@ -60,6 +60,9 @@ class DiagnosedEffect:
     #: Effects without which it lowers the error by less than a material share.
     only_with: tuple[Added, ...] = ()
     step: int = 0  # number of its model among those with effects in `Diagnosis.steps`
+    kind: str = ""  # what the logs decide first, such as dry friction; "" where laws have no kinds
+    #: Probabilities of the law and of those in `indistinguishable`, in their order; none where not known.
+    probabilities: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +75,27 @@ class Compared:
     difference: float  # mean paired difference of the score from that of the named one; positive is worse
     standard_error: float  # of the difference
     named: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ChainPart:
+    """What drive, sensor or logger add to every log: a number of the measurement chain."""
+
+    added: Added  # such as a delay of an output; `added.place` says where
+    value: float  # SI; the size of the deviations of experiments where it differs between them
+    error: float  # standard error, SI; nan where it is not known
+    unit: str
+    per_experiment: bool  # whether the number differs between experiments
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Evidence of a law beside the known physics and its chain, over windows of one length."""
+
+    added: Added
+    horizon: float  # length of the windows, s
+    nats: float  # log evidence over the known physics, after the price of its numbers
+    removed: float  # share of the squared residual that it removes, of the output where it is largest
 
 
 @dataclass(frozen=True)
@@ -114,6 +138,9 @@ class Diagnosis:
     faults: tuple[LogFault, ...] = ()
     #: Correlations of the fitted numbers, by pair of names (jackknife).
     correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    chain: tuple[ChainPart, ...] = ()  # how the logs were made: what pays of the measurement chain
+    evidence: tuple[Evidence, ...] = ()  # of laws by length of the windows, the shortest first
+    strangers: tuple[str, ...] = ()  # ids of experiments that the named effects do not predict better
 
 
 @dataclass(frozen=True)
