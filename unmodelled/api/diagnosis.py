@@ -9,7 +9,7 @@ from unmodelled.api.answer import Answer
 from unmodelled.base.answers import read_diagnosis
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
-from unmodelled.diagnosis.data.options import Options
+from unmodelled.diagnosis.data.options import By, Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.law_files import LawsGiven, given_laws
@@ -27,10 +27,12 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
+    by: By = "search",
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
-    A quarter of the experiments takes no part in fitting or choosing; all gaps are theirs. Where a fault of
+    By search, a quarter of the experiments takes no part in fitting or choosing; all gaps are theirs. By
+    evidence, every experiment is left out once, and gaps are those of experiments left out. Where a fault of
     the logs, such as a unit or a sign, explains most of the gap, that is the answer (verdict check_logs).
 
     Args:
@@ -46,13 +48,16 @@ def diagnose(
             them (laws/1); default none.
         options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
             answer says which were changed.
+        by: way in which laws are found: `search` (default) fits sets of laws over windows of the horizon and
+            takes the simplest that predicts best; `evidence` compares laws beside the delays, lags, gains
+            and offsets that every log has, also over windows of four times the horizon.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.
 
     Raises:
-        BadInput: when the system, the logs, the horizon, the seed, a law or an option cannot be
-            used.
+        BadInput: when the system, the logs, the horizon, the seed, a law, an option or the way of diagnosis
+            cannot be used.
 
     Examples:
         The logs of the example have dry friction in the joint, which its system file leaves out:
@@ -78,7 +83,8 @@ def diagnose(
         True
     """
     limits = Options.of(options)
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, given_laws(laws), limits))
+    given = horizon, seed, workers, given_laws(laws), limits, by
+    return Answer.of(findings(*read_inputs(system, logs), *given))
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
 from unmodelled.base.ownership import verb
+from unmodelled.diagnosis.data.options import By
 
 
 @verb()
@@ -18,6 +19,7 @@ def diagnose(
     seed: int = 0,
     laws: Path | None = None,
     options: Mapping[str, float] | None = None,
+    by: By = "search",
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
@@ -39,11 +41,12 @@ def diagnose(
         horizon, seed, laws: see `unmodelled.api.diagnosis.diagnose`.
         options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
             defaults, which are measured.
+        by: way of diagnosis, `search` or `evidence`, see `unmodelled.api.diagnosis.diagnose`.
 
     Raises:
-        BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot be
-            used.
+        BadInput: when the system file, the logs, the horizon, the seed, a law, an option or the way of
+            diagnosis cannot be used.
     """
-    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options)
+    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, by=by)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.answer.shares import share_interval, shares
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.result import (
@@ -16,7 +16,6 @@ from unmodelled.diagnosis.data.result import (
     DiagnosedEffect,
     Diagnosis,
     Estimate,
-    Interval,
     JudgedModel,
     LogFault,
 )
@@ -32,8 +31,6 @@ from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
 
-#: Draws of the bootstrap.
-DRAWS = 2000
 #: Candidates that are listed, and at least so many of them with further effects.
 LISTED, LARGER = 20, 5
 
@@ -80,7 +77,7 @@ def assembled(
         steps=tuple(steps),
         floor=floor,
         shrink=explained,
-        interval=_interval(steps, 0, len(steps) - 1, seed),
+        interval=share_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
         parameters={
             p.name: _estimate(decision, p.name, p.unit, p.value, doubts)
@@ -112,24 +109,6 @@ def _correlations(prediction: LeftOut) -> dict[tuple[str, str], float]:
     }
 
 
-def _share(squares: Array, floor: float, before: int, after: int) -> Array:
-    """Share of the squared gap above the floor that `after` removes; squares, shape (steps, ...)."""
-    whole = squares[0] - floor**2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.where(whole > 0.0, (squares[before] - squares[after]) / whole, 0.0)
-    return np.clip(found, 0.0, 1.0)
-
-
-def _interval(steps: Sequence[JudgedModel], before: int, after: int, seed: int) -> Interval:
-    """95 % interval of the share that models from `before` to `after` explain: bootstrap over experiments."""
-    ids = list(steps[0].gap.per_experiment)
-    squares = np.array([[step.gap.per_experiment[i] ** 2 for i in ids] for step in steps])
-    drawn = np.random.default_rng([seed, 2]).integers(0, len(ids), (DRAWS, len(ids)))
-    shares = _share(squares[:, drawn].mean(2), steps[-1].gap.floor, before, after)
-    low, high = np.quantile(shares, [0.025, 0.975]).tolist()
-    return low, high
-
-
 def _effects(
     decision: Decision,
     order: Sequence[Added],
@@ -146,7 +125,7 @@ def _effects(
     own = values_per_experiment(decision.prediction.fitted)
     material = decision.candidates.thresholds.material_shrink
     squares = np.array([step.gap.value**2 for step in steps])
-    shares = [float(_share(squares, steps[-1].gap.floor, k, k + 1)) for k in range(len(order))]
+    parts = [float(shares(squares, steps[-1].gap.floor, k, k + 1)) for k in range(len(order))]
     found = []
     for k, effect in enumerate(order):
         estimates = {
@@ -154,11 +133,11 @@ def _effects(
             for n in effect.reported
             if n not in own
         }
-        joint = [order[j] for j in needed(shares, k, material)]
+        joint = [order[j] for j in needed(parts, k, material)]
         others = decision.indistinguishable[decision.prediction.fitted.hypothesis.effects.index(effect)]
         mine = {n: own[n] for n in effect.per_experiment}
-        chance = _interval(steps, k, k + 1, seed)
-        known = DiagnosedEffect(effect, estimates, mine, sure, shares[k], chance, others)
+        chance = share_interval(steps, k, k + 1, seed)
+        known = DiagnosedEffect(effect, estimates, mine, sure, parts[k], chance, others)
         found.append(replace(known, only_with=tuple(joint), step=k))
     return tuple(sorted(found, key=lambda effect: -effect.shrink))
 

@@ -20,11 +20,12 @@ from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_a
 from unmodelled.diagnosis.answer.confirmed import confirmed, small_effects
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.guesses import resting_on_guesses
+from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, By, Options, check_by
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
@@ -54,10 +55,12 @@ def findings(
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
+    by: By = "search",
 ) -> Findings:
     """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.
     check_seed(seed)
+    check_by(by)
     logs = several(system, logs)
     horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
@@ -66,14 +69,19 @@ def findings(
     #    would be explained by physics.
     limits = options.thresholds
     system, logs, faults = without_copies(system, logs, horizon, limits)
-    if not any(fault.decides for fault in faults):
+    faulty = any(fault.decides for fault in faults)
+    if not faulty:
         check_windows(system, logs, horizon)
         check_laws(laws, system, logs, horizon)
 
     # 3. to 6. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = with_moved_lags(diagnose_gap(system, logs, horizon, seed, threads, say, faults, limits, laws))
+    given = system, logs, horizon, seed, threads, say, faults, limits, laws
+    if by == "evidence" and not faulty:
+        found = diagnose_by_evidence(*given)
+    else:
+        found = with_moved_lags(diagnose_gap(*given))
 
     # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told; beside a model that is right, they are a remark.

@@ -32,6 +32,7 @@ class Base:
     """The known physics with its chain, fitted to windows of one length."""
 
     fitted: FittedHypothesis
+    physics: FittedHypothesis  # without the chain
     residual: Residual
     tau: float  # correlation time by which priors of a fit are tightened, samples
 
@@ -94,7 +95,7 @@ def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
     chained = _chained(physics, alone, tau, shorter, ())
     if unusual := unusual_parts(chained, tau):
         chained = _chained(physics, alone, tau, shorter, unusual)
-    return Base(chained, Residual.of(chained), tau)
+    return Base(chained, physics, Residual.of(chained), tau)
 
 
 def _chained(

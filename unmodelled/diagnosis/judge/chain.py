@@ -33,12 +33,16 @@ def with_chain(physics: Hypothesis, tau: float = 1.0, without: Collection[Key] =
         if (effect.family, effect.variant, place) in without:
             continue
         larger = found.plus(effect, place)
-        *others, added = larger.effects
-        usual = effect.usual(added, period)
+        usual = effect.usual(larger.effects[-1], period)
         if usual:
-            tight = {name: size / np.sqrt(tau) for name, size in usual.items()}
-            found = replace(larger, effects=(*others, replace(added, priors={**added.priors, **tight})))
+            found = with_priors(larger, {name: size / np.sqrt(tau) for name, size in usual.items()})
     return found
+
+
+def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
+    """Return a hypothesis whose last effect has further priors, SI, by number."""
+    *others, last = hypothesis.effects
+    return replace(hypothesis, effects=(*others, replace(last, priors={**last.priors, **priors})))
 
 
 def _every(physics: Hypothesis) -> list[tuple[Effect, Place]]:

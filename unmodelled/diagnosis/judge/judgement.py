@@ -52,8 +52,13 @@ class Judgement:
     verdict: Verdict
     laws: tuple[LawClass, ...]  # the first explains most
     looks: tuple[Look, ...]  # by length, the shortest first
-    look: Look  # at the length that decides
+    rounds: tuple[Look, ...]  # in which each law was compared; the first is at the length that decides
     final: Parent  # with the laws
+
+    @property
+    def look(self) -> Look:
+        """Return the look at the length that decides."""
+        return self.rounds[0]
 
 
 def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> Judgement:
@@ -72,17 +77,18 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     # 2. The longest windows decide; where their gap matters and no law stands, shorter ones.
     look = _deciding(looks)
     laws = [] if look.first is None else [look.first]
-    parent = look.parent.beside(laws[0].speaker) if laws else look.parent
+    parent, rounds = look.parent.beside(laws[0].speaker) if laws else look.parent, [look]
 
     # 3. A further law must explain more than a free curve in the arguments of the laws so far.
     while laws and len(laws) < LAWS:
         say("look for a further law")
-        further = _further(parent)
+        look, further = _further(parent)
         if further is None:
             break
         laws.append(further)
+        rounds.append(look)
         parent = parent.beside(further.speaker)
-    return Judgement(_verdict(looks, parent, bool(laws)), tuple(laws), tuple(looks), look, parent)
+    return Judgement(_verdict(looks, parent, bool(laws)), tuple(laws), tuple(looks), tuple(rounds), parent)
 
 
 def _deciding(looks: Sequence[Look]) -> Look:
@@ -92,13 +98,14 @@ def _deciding(looks: Sequence[Look]) -> Look:
     return next((look for look in reversed(looks) if look.first is not None), looks[-1])
 
 
-def _further(parent: Parent) -> LawClass | None:
-    """One law more, or None."""
+def _further(parent: Parent) -> tuple[Look, LawClass | None]:
+    """Further laws beside a fit, and the class that is named, or None."""
     found = refits(parent, scan(parent.around))
+    look = Look(parent, tuple(found))
     if best_class(found) is None:
-        return None
+        return look, None
     least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
-    return best_class([one for one in found if one.nats >= least])
+    return look, best_class([one for one in found if one.nats >= least])
 
 
 def _verdict(looks: Sequence[Look], final: Parent, named: bool) -> Verdict:

@@ -24,6 +24,7 @@ class LeftOutRuns:
     square: Array  # weighted squared residual of each when it is left out, (experiments,)
     fitted: Array  # the same when it is not, (experiments,)
     samples: Array  # independent samples, (experiments,)
+    steps: Array  # of the open numbers in fits to the others, (experiments, open), in plausible sizes
 
     @classmethod
     def of(cls, around: Linearised) -> LeftOutRuns:
@@ -32,15 +33,14 @@ class LeftOutRuns:
         products = around.products(none)
         each = products[around.sigma].each
         total, prior, q = each.sum(axis=0), around.prior, around.opened
-        square, fitted = [], []
-        whole = _step(total + prior, q)
-        for own in each:
-            square.append(_after(own, _step(total - own + prior, q) if len(each) > 1 else np.zeros(q)))
-            fitted.append(_after(own, whole))
+        others = [total - own if len(each) > 1 else own for own in each]
+        steps, whole = [_step(one + prior, q) for one in others], _step(total + prior, q)
+        square = [_after(own, step) for own, step in zip(each, steps, strict=True)]
+        fitted = [_after(own, whole) for own in each]
         root, owner = around.weights.root, around.columns.path.owner
         weight = (root**2).sum(axis=(1, 2)) / (root**2).sum()
         samples = np.array([weight[owner == run].sum() for run in around.runs]) * around.weights.samples
-        return cls(np.array(square), np.array(fitted), samples)
+        return cls(np.array(square), np.array(fitted), samples, np.array(steps))
 
     @property
     def log_scores(self) -> Array:

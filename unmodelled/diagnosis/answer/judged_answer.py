@@ -1,0 +1,148 @@
+"""The parts of a diagnosis by evidence: effects with their numbers and shares, chain, comparison, notes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from unmodelled.diagnosis.answer.judged_fits import LastFit, LastFits, laws_of
+from unmodelled.diagnosis.answer.judged_numbers import Numbers
+from unmodelled.diagnosis.answer.judged_tables import (
+    chain_parts,
+    chance_of_nothing,
+    compared,
+    evidence,
+    probability_of,
+    strangers,
+)
+from unmodelled.diagnosis.answer.shares import share_interval, shares
+from unmodelled.diagnosis.data.gap import shrink
+from unmodelled.diagnosis.data.remark import listed
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel, LogFault, Remainder
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.judge.judgement import Judgement
+from unmodelled.effects.added import Added
+
+#: Largest confidence of a diagnosis: none is certain.
+HIGHEST = 0.99
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """Models with their gaps, experiments left out."""
+
+    known: JudgedModel
+    steps: tuple[JudgedModel, ...]  # re-identified, then with one law more each
+    augmented: JudgedModel
+    last: LastFit  # of `augmented`
+
+
+@dataclass(frozen=True, eq=False)
+class Answered:
+    """All that an answer is made of."""
+
+    study: Study
+    found: Judgement
+    fits: LastFits
+    models: Models
+    between: tuple[str, ...]  # ports that were added between others
+
+    @cached_property
+    def numbers(self) -> Numbers:
+        """Return the numbers that leave."""
+        return Numbers(self.models.last)
+
+    @cached_property
+    def laws(self) -> list[Added]:
+        """Return the named laws in the order in which they were found."""
+        return laws_of(self.models.last.fitted)
+
+
+def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
+    """Return the diagnosis of a judgement."""
+    study, found, models = answered.study, answered.found, answered.models
+    before, after, floor = models.steps[0], models.augmented, models.augmented.gap.floor
+    chance = chance_of_nothing(found.look)
+    # as sure as the least sure of its laws; without a law, as no law is likelier than the best one
+    sure = min((probability_of(*one) for one in zip(found.rounds, found.laws, strict=False)), default=chance)
+    level, system = study.thresholds.level, study.system
+    reported = [n for law in answered.laws for n in law.reported]
+    chained = answered.fits.chained or models.last
+    return Diagnosis(
+        *(system, study.logs, study.horizon, study.seed, found.verdict),
+        confidence=min(sure, HIGHEST),
+        chance=chance,
+        effects=_effects(answered),
+        remainder=_remainder(answered),
+        known=models.known,
+        reidentified=before,
+        augmented=after,
+        neural=after,
+        steps=models.steps,
+        floor=floor,
+        shrink=shrink(before.gap.value, after.gap.value, floor),
+        interval=share_interval([before, after], 0, 1, study.seed),
+        held_out=tuple(range(len(study.logs))),
+        parameters={
+            p.name: answered.numbers.estimate(p.name, p.unit, p.value, level)
+            for p in system.parameters
+            if p.name in system.uncertain
+        },
+        comparison=compared(found),
+        notes=(*study.logs.notes, *_notes(answered)),
+        faults=faults,
+        correlations=answered.numbers.correlations([*reported, *system.uncertain]),
+        chain=chain_parts(found, chained),
+        evidence=evidence(found),
+        strangers=strangers(found),
+    )
+
+
+def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
+    """Effects with their shares of the gap, the largest first."""
+    found, steps, limits = answered.found, answered.models.steps, answered.study.thresholds
+    squares, floor = np.array([step.gap.value**2 for step in steps]), steps[-1].gap.floor
+    effects = []
+    for k, (look, one, law) in enumerate(zip(found.rounds, found.laws, answered.laws, strict=False)):
+        many = 1 + limits.most_equal
+        effects.append(
+            DiagnosedEffect(
+                law,
+                {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in law.reported},
+                own={},
+                confidence=min(probability_of(look, one), HIGHEST),
+                shrink=float(shares(squares, floor, k, k + 1)),
+                interval=share_interval(steps, k, k + 1, answered.study.seed),
+                indistinguishable=tuple(each.added for each in one.members[1:many]),
+                step=k,
+                kind=one.kind,
+                probabilities=tuple(one.probabilities.tolist()[:many]),
+            )
+        )
+    return tuple(sorted(effects, key=lambda effect: -effect.shrink))
+
+
+def _remainder(answered: Answered) -> Remainder | None:
+    """What the models leave where that is more than the sensors' noise; no network was asked."""
+    if answered.found.verdict not in ("main_effect", "unknown"):
+        return None
+    before, after = answered.models.steps[0].gap.value, answered.models.augmented.gap.value
+    return Remainder(min(1.0, (after / before) ** 2) if before > 0.0 else 0.0, 0.0, None)
+
+
+def _notes(answered: Answered) -> Iterator[str]:
+    """Notes on inputs, added ports, and the gaps of models."""
+    held = [item.name for item in answered.study.system.inputs if item.hold]
+    if held:
+        yield f"inputs keep their values between samples (hold: true): {', '.join(held)}"
+    if answered.between:
+        yield (
+            f"effects between ports were tried too, at {listed(answered.between)}, whose coordinates are "
+            "those of the first port less those of the second one"
+        )
+    models = dict.fromkeys((answered.models.known, answered.models.augmented))
+    for model in models:
+        yield from (f"{model.label}: {note}" for note in model.gap.notes)

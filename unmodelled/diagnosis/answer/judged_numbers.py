@@ -1,0 +1,85 @@
+"""Numbers of a last fit with their intervals: from experiments left out, and from the curvature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.answer.judged_fits import LastFit
+from unmodelled.diagnosis.data.result import Estimate, Interval
+from unmodelled.diagnosis.fitting.unknowns import Unknown
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The numbers of a fit that all experiments share."""
+
+    last: LastFit
+
+    @cached_property
+    def _known(self) -> dict[str, tuple[int, Unknown]]:
+        """Place in the open numbers, and bounds, by name."""
+        numbers = self.last.around.columns.unknowns(own=False)
+        return {u.name: (k, u) for k, u in enumerate(numbers)}
+
+    @cached_property
+    def _covariance(self) -> Array:
+        """Covariance (open, open) of the linearised fit, in plausible sizes."""
+        around = self.last.around
+        none = np.empty((*around.columns.path.error.shape, 0))
+        products = around.products(none)[around.sigma].each.sum(axis=0) + around.prior
+        return np.asarray(np.linalg.inv(products[:-1, :-1]), np.float64)
+
+    @cached_property
+    def _scatter(self) -> Array:
+        """Covariance (open, open) by the experiments that are left out (jackknife), in plausible sizes."""
+        steps = self.last.left_out.steps
+        off = steps - steps.mean(axis=0)
+        return np.asarray((len(steps) - 1) / len(steps) * off.T @ off)
+
+    def error(self, name: str) -> float:
+        """Return the standard error of a number, SI: the larger of both."""
+        k, unknown = self._known[name]
+        return float(np.sqrt(max(self._covariance[k, k], self._scatter[k, k]))) * unknown.scale
+
+    def _reach(self, name: str, level: float) -> float:
+        """Half of the interval, SI: the jackknife of few experiments by Student's t."""
+        (k, unknown), upper, runs = self._known[name], 0.5 + 0.5 * level, len(self.last.left_out.steps)
+        by_runs = float(stdtrit(runs - 1, upper)) * np.sqrt(self._scatter[k, k]) if runs > 1 else 0.0
+        return float(max(by_runs, ndtri(upper) * np.sqrt(self._covariance[k, k]))) * unknown.scale
+
+    def estimate(self, name: str, unit: str, known: float, level: float) -> Estimate:
+        """Return a number with its interval, cut at the bounds; one that was not fitted has no width.
+
+        It is determined where the interval is narrower than the number or its plausible size.
+        """
+        fitted = self.last.fitted
+        if name not in self._known:
+            value = _value_in(self.last, name)
+            return Estimate(unit, known, value, (value, value))
+        value, (_, unknown) = float(fitted.fit.values[name]), self._known[name]
+        reach = self._reach(name, level)
+        ends: Interval = max(value - reach, unknown.low), min(value + reach, unknown.high)
+        determined = reach < max(abs(value), unknown.scale)
+        return Estimate(unit, known, value, ends, determined, fitted.at_bound(name))
+
+    def correlations(self, names: Sequence[str]) -> dict[tuple[str, str], float]:
+        """Return correlations by pair of names; none of fewer than two numbers."""
+        there = [name for name in names if name in self._known]
+        rows = [self._known[name][0] for name in there]
+        spread = self._covariance[np.ix_(rows, rows)]
+        size = np.sqrt(np.diag(spread))
+        found = np.clip(spread / np.outer(size, size), -1.0, 1.0)
+        pairs = product(enumerate(there), enumerate(there))
+        return {(a, b): float(found[i, k]) for (i, a), (k, b) in pairs} if len(there) > 1 else {}
+
+
+def _value_in(last: LastFit, name: str) -> float:
+    full = last.fitted.hypothesis.full
+    return float(dict(zip((p.name for p in full.parameters), full.values, strict=True))[name])

@@ -1,0 +1,111 @@
+"""What a judgement compared: candidates, evidence by length, chain, and experiments that do not follow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unmodelled.diagnosis.answer.judged_fits import LastFit
+from unmodelled.diagnosis.answer.judged_numbers import Numbers
+from unmodelled.diagnosis.data.result import ChainPart, Compared, Evidence
+from unmodelled.diagnosis.judge.chain import chain_of
+from unmodelled.diagnosis.judge.classes import LawClass, best_of
+from unmodelled.diagnosis.judge.judgement import Judgement, Look
+from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
+from unmodelled.diagnosis.judge.linear import SIGMAS
+from unmodelled.diagnosis.judge.refit import Refit
+from unmodelled.effects.added import Added
+
+#: Candidates that are listed.
+LISTED = 20
+
+
+def compared(found: Judgement) -> tuple[Compared, ...]:
+    """Return the known physics and all refits by predictions of experiments left out, the best first."""
+    rows: list[tuple[tuple[Added, ...], LeftOutRuns]] = [((), _without(found.look))]
+    named = rows[0]
+    for k, look in enumerate(found.rounds):
+        before = tuple(law.speaker.added for law in found.laws[:k])
+        rows += [((*before, one.added), one.score) for one in _fitted(look)]
+    if found.laws:
+        effects = tuple(law.speaker.added for law in found.laws)
+        named = next(row for row in rows if row[1] is found.laws[-1].speaker.score)
+        named = rows[rows.index(named)] = effects, named[1]
+    best = named[1]
+    table = [_row(effects, score, best) for effects, score in rows]
+    own = next(row for row in table if row.named)
+    others = sorted((row for row in table if not row.named), key=lambda row: row.score)
+    return tuple(sorted([own, *others[: LISTED - 1]], key=lambda row: row.score))
+
+
+def _row(effects: tuple[Added, ...], score: LeftOutRuns, named: LeftOutRuns) -> Compared:
+    """A candidate: nats per independent sample, and paired differences by experiment."""
+    samples, off = named.samples.sum(), named.log_scores - score.log_scores
+    error = np.sqrt(len(off) * np.var(off, ddof=1)) if len(off) > 1 else np.nan
+    each = (-score.log_scores.sum(), off.sum(), error)
+    own, difference, error = (float(value / samples) for value in each)
+    return Compared(effects, own, difference, error, score is named)
+
+
+def _without(look: Look) -> LeftOutRuns:
+    return LeftOutRuns.of(look.parent.around)
+
+
+def _fitted(look: Look) -> list[Refit]:
+    """The best refit of every law at every place that leaves no more than its parent."""
+    return [one for one in best_of(look.refits) if np.isfinite(one.nats)]
+
+
+def probability_of(look: Look, found: LawClass) -> float:
+    """Return the probability of a class among all laws that were compared, and none of them."""
+    refits = _fitted(look)
+    scores = [_without(look).log_scores, *(one.score.log_scores for one in refits)]
+    each = probabilities(np.stack(scores))[1:].tolist()
+    return float(sum(p for p, one in zip(each, refits, strict=True) if one in found.members))
+
+
+def chance_of_nothing(look: Look) -> float:
+    """Return the probability of no law against the best one."""
+    best = max(_fitted(look), key=lambda one: one.nats, default=None)
+    if best is None:
+        return 1.0
+    return float(probabilities(np.stack([_without(look).log_scores, best.score.log_scores]))[0])
+
+
+def evidence(found: Judgement) -> tuple[Evidence, ...]:
+    """Return the evidence of the refitted laws at every length, the best of each first."""
+    return tuple(
+        Evidence(one.added, look.parent.base.horizon, one.nats, one.removed)
+        for look in found.looks
+        for one in _fitted(look)
+    )
+
+
+def strangers(found: Judgement) -> tuple[str, ...]:
+    """Return the ids of experiments that, left out, are predicted worse with the laws than without."""
+    if not found.laws:
+        return ()
+    with_laws, without = found.laws[-1].speaker.score, _without(found.look)
+    worse = with_laws.log_scores < without.log_scores
+    around = found.look.parent.around
+    return tuple(around.fitted.recording.logs.ids[i] for i in around.runs[worse])
+
+
+def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
+    """Return the parts of the chain that a last fit keeps, and the likeliest sizes of deviations."""
+    values, numbers = last.fitted.fit.values, Numbers(last)
+    shared = [
+        ChainPart(added, values[name], numbers.error(name), added.units[name], False)
+        for added in chain_of(last.fitted.hypothesis)
+        for name in added.priors
+    ]
+    around = found.final.around
+    if around.sigma == SIGMAS[0]:
+        return tuple(shared)
+    size = around.sigma * np.sqrt(around.tau)
+    own = [
+        ChainPart(added, float(size * prior), float("nan"), added.units[name], True)
+        for added in chain_of(around.fitted.hypothesis)
+        for name, prior in added.priors.items()
+        if name in added.per_experiment
+    ]
+    return (*shared, *own)
