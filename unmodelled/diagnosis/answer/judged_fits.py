@@ -49,8 +49,7 @@ class LastFit:
 
     def _left_out(self, gap: Gap) -> Gap:
         """The gap, larger by how much worse an experiment is predicted that took no part in the fit."""
-        logs, left = self.fitted.recording.logs, self.left_out
-        worse = np.sqrt(np.maximum(left.square / np.maximum(left.fitted, 1e-300), 1.0))
+        logs, worse = self.fitted.recording.logs, self.left_out.worse
         factor = dict(zip((logs.ids[i] for i in self.around.runs), worse.tolist(), strict=True))
         each = {i: min(own * factor[i], LARGEST_ERROR) for i, own in gap.per_experiment.items()}
         samples = dict(zip(logs.ids, np.diff(logs.offsets).tolist(), strict=True))

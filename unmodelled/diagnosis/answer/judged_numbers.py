@@ -32,8 +32,7 @@ class Numbers:
     def _covariance(self) -> Array:
         """Covariance (open, open) of the linearised fit, in plausible sizes."""
         around = self.last.around
-        none = np.empty((*around.columns.path.error.shape, 0))
-        products = around.products(none)[around.sigma].each.sum(axis=0) + around.prior
+        products = around.bare[around.sigma].each.sum(axis=0) + around.prior
         return np.asarray(np.linalg.inv(products[:-1, :-1]), np.float64)
 
     @cached_property

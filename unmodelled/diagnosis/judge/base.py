@@ -20,7 +20,7 @@ from unmodelled.diagnosis.judge.residual import Residual
 #: experiments everything else that is wrong adds up.
 LENGTHS = 1.0, 4.0
 #: Window samples of a fit, about: a budget of time.
-SAMPLES = 40_000
+SAMPLES = 15_000
 #: Share of the loss by which an iteration must lower it, and most iterations: hypotheses differ by more.
 NEAR, ITERATIONS = 1e-3, 15
 #: Sensor noises from which a gap matters, and share of the error of a prediction without a model.
@@ -93,8 +93,10 @@ def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
     alone = Residual.of(physics)
     tau = float(alone.tau.max())
     chained = _chained(physics, alone, tau, shorter, ())
-    if unusual := unusual_parts(chained, tau):
-        chained = _chained(physics, alone, tau, shorter, unusual)
+    without = list[Key]()
+    while unusual := unusual_parts(chained, tau):
+        without += unusual
+        chained = _chained(physics, alone, tau, shorter, without)
     return Base(chained, physics, Residual.of(chained), tau)
 
 

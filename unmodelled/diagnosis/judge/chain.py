@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -78,14 +79,23 @@ def chain_of(hypothesis: Hypothesis) -> list[Added]:
 def unusual_parts(fitted: FittedHypothesis, tau: float) -> list[Key]:
     """Return the parts of the chain with a number that is further from zero than such numbers usually are.
 
-    They are findings, such as a heater that lags by 40 s: they leave the chain and compete as laws.
+    They are findings, such as a heater that lags by 40 s: they leave the chain and compete as laws. What is
+    late on the way from an input to an output is one number in several parts: where their sum is unusual, the
+    latest part leaves.
     """
-    values, loose = fitted.fit.values, UNUSUAL * np.sqrt(tau)
-    return [
-        added.key
-        for added in chain_of(fitted.hypothesis)
-        if any(abs(values[n]) > loose * prior for n, prior in added.priors.items() if n in values)
-    ]
+    values, parts = fitted.fit.values, chain_of(fitted.hypothesis)
+    sizes = {e.key: {n: prior * np.sqrt(tau) for n, prior in e.priors.items() if n in values} for e in parts}
+    far = [k for k, own in sizes.items() if any(abs(values[n]) > UNUSUAL * size for n, size in own.items())]
+    if far:
+        return far
+    late = [e for e in parts if e.delays or e.memory]
+    ways = product(*({e.place for e in late if e.place.kind == kind} for kind in ("actuator", "sensor")))
+    for ends in ways:
+        own = [(e.key, n, size) for e in late if e.place in ends for n, size in sizes[e.key].items()]
+        total = sum(values[name] for _, name, _ in own)
+        if abs(total) > UNUSUAL * float(np.sqrt(sum(size**2 for *_, size in own))):
+            return [max(own, key=lambda one: abs(values[one[1]]))[0]]
+    return []
 
 
 def chain_numbers(hypothesis: Hypothesis, values: Mapping[str, float]) -> dict[str, float]:

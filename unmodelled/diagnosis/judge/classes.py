@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.judge.left_out import probabilities
@@ -13,11 +14,11 @@ from unmodelled.diagnosis.judge.refit import Refit
 
 #: A law stands from so much evidence, nats, and such a share of the squared residual of an output.
 BAR, SHARE = 15.0, 0.10
-#: Laws within so many nats of the best, or such a share of its nats, are one class with it.
-NEAR_NATS, NEAR_SHARE = 10.0, 0.05
-#: Laws that leave at most so many times the squared residual of the best are one class with it: on a measured
-#: machine what is left is other physics, of which a flexible law takes a little more.
-NEAR_SQUARE = 1.5
+#: Laws within so many nats of the best are one class with it: odds of e^10 would be believed of a true model,
+#: and none is quite true.
+NEAR_NATS = 10.0
+#: Level of the test whether experiments that were left out are predicted better by one law than by another.
+LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,32 +48,30 @@ def stands(one: Refit) -> bool:
     return one.nats >= BAR and one.removed >= SHARE
 
 
-def best_of(found: Sequence[Refit]) -> list[Refit]:
-    """Return the best refit of every law at every place, the best first."""
-    best: dict[str, Refit] = {}
-    for one in found:
-        if one.row.name not in best or one.nats > best[one.row.name].nats:
-            best[one.row.name] = one
-    return sorted(best.values(), key=lambda one: -one.nats)
-
-
 def best_class(found: Sequence[Refit]) -> LawClass | None:
     """Return the class of the best law that stands, None if none does.
 
-    The speaker has the fewest numbers; of as many, the most evidence.
+    The speaker has the fewest numbers; of as many, the most evidence. Of the variants of a law at a place the
+    plainest is a member.
     """
-    order = best_of(found)
-    best = next((one for one in order if stands(one)), None)
-    if best is None:
+    standing = sorted((one for one in found if stands(one)), key=lambda one: -one.nats)
+    if not standing:
         return None
-    reach = max(NEAR_NATS, NEAR_SHARE * best.nats)
-    near = [one for one in order if abs(one.nats - best.nats) <= reach or _leaves_as_much(one, best)]
-    near.sort(key=lambda one: (one.row.atom.numbers, -one.nats))
-    scores = np.stack([one.score.log_scores for one in near])
-    return LawClass(tuple(near), probabilities(scores))
+    near = [
+        one for one in standing if standing[0].nats - one.nats <= NEAR_NATS or _is_alike(one, standing[0])
+    ]
+    near.sort(key=lambda one: one.row.atom.numbers)
+    plainest = {one.row.name: one for one in reversed(near)}
+    members = sorted(plainest.values(), key=near.index)
+    scores = np.stack([one.score.log_scores for one in members])
+    return LawClass(tuple(members), probabilities(scores))
 
 
-def _leaves_as_much(one: Refit, best: Refit) -> bool:
-    """Whether a law stands and leaves about the squared residual of the best."""
-    more = np.exp(np.mean(np.log(one.residual.square / best.residual.square)))
-    return stands(one) and bool(more <= NEAR_SQUARE)
+def _is_alike(one: Refit, best: Refit) -> bool:
+    """Whether experiments that were left out do not tell a law from the best one, by a paired t test."""
+    more = best.score.log_scores - one.score.log_scores
+    count = len(more)
+    if count < 2:
+        return False
+    reach = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL)) * float(more.std(ddof=1)) / np.sqrt(count)
+    return float(more.mean()) <= reach

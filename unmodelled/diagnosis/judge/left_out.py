@@ -21,26 +21,31 @@ DRAWS, SEED = 4000, 0
 class LeftOutRuns:
     """Predictions of experiments by fits to the others."""
 
-    square: Array  # weighted squared residual of each when it is left out, (experiments,)
-    fitted: Array  # the same when it is not, (experiments,)
-    samples: Array  # independent samples, (experiments,)
+    square: Array  # weighted squared residual when it is left out, (experiments, outputs)
+    fitted: Array  # the same when it is not, (experiments, outputs)
+    samples: Array  # independent samples, (experiments, outputs)
+    price: Array  # nats that starts and deviations of an experiment that is left out cost, (experiments,)
     steps: Array  # of the open numbers in fits to the others, (experiments, open), in plausible sizes
 
     @classmethod
     def of(cls, around: Linearised) -> LeftOutRuns:
         """Leave out every experiment of a fit once, at the likeliest size of deviations."""
-        none = np.empty((*around.columns.path.error.shape, 0))
-        products = around.products(none)
-        each = products[around.sigma].each
-        total, prior, q = each.sum(axis=0), around.prior, around.opened
+        products = around.bare[around.sigma]
+        each, total, prior = products.each, products.each.sum(axis=0), around.prior
         others = [total - own if len(each) > 1 else own for own in each]
-        steps, whole = [_step(one + prior, q) for one in others], _step(total + prior, q)
-        square = [_after(own, step) for own, step in zip(each, steps, strict=True)]
-        fitted = [_after(own, whole) for own in each]
+        steps = np.array([_step(one + prior) for one in others])
+        square, penalty = around.after(steps)
+        fitted, _ = around.after(np.tile(_step(total + prior), (len(each), 1)))
         root, owner = around.weights.root, around.columns.path.owner
-        weight = (root**2).sum(axis=(1, 2)) / (root**2).sum()
-        samples = np.array([weight[owner == run].sum() for run in around.runs]) * around.weights.samples
-        return cls(np.array(square), np.array(fitted), samples, np.array(steps))
+        own = np.array([(root[owner == run] ** 2).sum(axis=(0, 1)) for run in around.runs])
+        share = own / np.maximum(own.sum(axis=0), 1e-300)
+        return cls(square, fitted, share * around.weights.each, 0.5 * penalty + products.price, steps)
+
+    @property
+    def worse(self) -> Array:
+        """Return how many times larger each residual, (experiments,), is when it is left out; at least 1."""
+        ratio = self.square.sum(axis=1) / np.maximum(self.fitted.sum(axis=1), 1e-300)
+        return np.asarray(np.sqrt(np.maximum(ratio, 1.0)))
 
     @property
     def log_scores(self) -> Array:
@@ -48,9 +53,13 @@ class LeftOutRuns:
 
         The variance is that of the other experiments, so that a law that fails in one of them pays for it.
         """
-        others = (self.fitted.sum() - self.fitted) / np.maximum(self.samples.sum() - self.samples, 1e-300)
-        variance = np.maximum(others if len(self.fitted) > 1 else self.fitted / self.samples, 1e-300)
-        return np.asarray(-0.5 * self.samples * np.log(variance) - 0.5 * self.square / variance)
+        others = (self.fitted.sum(axis=0) - self.fitted) / np.maximum(
+            self.samples.sum(axis=0) - self.samples, 1e-300
+        )
+        alone = self.fitted / np.maximum(self.samples, 1e-300)
+        variance = np.maximum(others if len(self.fitted) > 1 else alone, 1e-300)
+        each = -0.5 * self.samples * np.log(variance) - 0.5 * self.square / variance
+        return np.asarray(each.sum(axis=1) - self.price)
 
 
 def probabilities(scores: Array) -> Array:
@@ -66,12 +75,6 @@ def probabilities(scores: Array) -> Array:
     return np.asarray((weight / weight.sum(axis=1, keepdims=True)).mean(axis=0))
 
 
-def _step(products: Array, q: int) -> Array:
-    """Step (q,) of the open numbers by products [open | residual]."""
-    return np.asarray(np.linalg.solve(products[:q, :q], products[:q, q]))
-
-
-def _after(own: Array, step: Array) -> float:
-    """Squared residual of an experiment after a step of the open numbers."""
-    q = len(step)
-    return float(own[q, q] - 2.0 * step @ own[:q, q] + step @ own[:q, :q] @ step)
+def _step(products: Array) -> Array:
+    """Step (open,) of the open numbers by products [open | residual]."""
+    return np.asarray(np.linalg.solve(products[:-1, :-1], products[:-1, -1]))

@@ -36,7 +36,7 @@ class Weights:
 
     rows: Indices  # samples of a window that are compared, (rows,)
     root: Array  # weights of their residuals in sensor noise, (windows, rows, outputs); 0 where none counts
-    samples: float  # independent ones
+    each: Array  # independent samples of every output, (outputs,)
 
     @classmethod
     def of(cls, path: Path) -> Weights:
@@ -48,7 +48,12 @@ class Weights:
         tau = np.array([correlation_time(error[..., j], use[..., j]) for j in range(outputs)])
         square = (error**2 * use).sum(axis=(0, 1)) / np.maximum(use.sum(axis=(0, 1)), 1)
         root = use / np.sqrt(np.maximum(square, 1e-12) * tau)
-        return cls(rows, root, max(2.0, float((use.sum(axis=(0, 1)) / tau).sum())))
+        return cls(rows, root, use.sum(axis=(0, 1)) / tau)
+
+    @property
+    def samples(self) -> float:
+        """Return the independent samples of all outputs, at least two."""
+        return max(2.0, float(self.each.sum()))
 
     def flat(self, columns: Array) -> Array:
         """Return weighted columns, shape (windows, rows * outputs, N), from (windows, K, outputs, N)."""
@@ -182,33 +187,83 @@ class Linearised:
             found[sigma] = Products(full, rest.price)
         return found
 
-    def reduced(self, columns: Array) -> Mapping[float, tuple[Array, float]]:
-        """Return products (N + 1, N + 1) of columns and residual without open numbers, and prices."""
-        found, N = {}, columns.shape[3]
-        kept, gone = np.append(np.arange(N), N + self.opened), N + np.arange(self.opened)
-        for sigma, products in self.products(columns).items():
-            full = products.each.sum(axis=0)
-            full[N:, N:] += self.prior
+    def reduced(
+        self, products: Mapping[float, Products], here: Mask | None = None
+    ) -> Mapping[float, tuple[Array, float]]:
+        """Return products (N + 1, N + 1) of columns and residual without open numbers, and prices.
+
+        The columns are there in some experiments `here` (experiments,) only, in all of them unless given.
+        """
+        found = {}
+        for sigma, one in products.items():
+            full, many = one.each.sum(axis=0), one.each.shape[1] - self.opened - 1
+            if here is not None:
+                full[:many] = one.each[here, :many].sum(axis=0)
+                full[many:, :many] = full[:many, many:].T
+            full[many:, many:] += self.prior
+            kept = np.append(np.arange(many), many + self.opened)
+            gone = many + np.arange(self.opened)
             left = np.linalg.solve(full[np.ix_(gone, gone)], full[np.ix_(gone, kept)])
             total = full[np.ix_(kept, kept)] - full[np.ix_(kept, gone)] @ left
-            found[sigma] = total, float(products.price.sum())
+            found[sigma] = total, float(one.price.sum())
         return found
 
     @cached_property
-    def _own_evidence(self) -> Mapping[float, float]:
-        """Evidence of the fit by sigma, nats."""
-        none = np.empty((*self.columns.path.error.shape, 0))
-        return {sigma: self.likelihood(G[-1, -1], price) for sigma, (G, price) in self.reduced(none).items()}
+    def _pooled(self) -> Mapping[float, float]:
+        """Evidence of the fit by sigma, nats, all outputs alike."""
+        return {s: self.likelihood(G[-1, -1], price) for s, (G, price) in self.reduced(self.bare).items()}
+
+    @cached_property
+    def bare(self) -> Mapping[float, Products]:
+        """Return products of [open | residual] by sigma."""
+        return self.products(np.empty((*self.columns.path.error.shape, 0)))
 
     @property
-    def evidence(self) -> float:
-        """Return the evidence of the fit, nats, up to a constant of the weights."""
-        return max(self._own_evidence.values())
+    def pooled(self) -> float:
+        """Return the evidence of the fit, nats, if all outputs are explained alike: for one linear step."""
+        return max(self._pooled.values())
 
     @property
     def sigma(self) -> float:
         """Return the likeliest size of the deviations of experiments, in their plausible size."""
-        return max(self._own_evidence, key=lambda sigma: self._own_evidence[sigma])
+        return max(self._pooled, key=lambda sigma: self._pooled[sigma])
+
+    @cached_property
+    def evidence(self) -> float:
+        """Return the evidence of the fit, nats, up to a constant of the weights.
+
+        The noise of every output is unknown. Pooled, an output of which a law explains all would be hidden
+        behind another one, of which there is nothing to explain.
+        """
+        products = self.bare[self.sigma].each.sum(axis=0) + self.prior
+        step = np.linalg.solve(products[:-1, :-1], products[:-1, -1])
+        squares, penalty = self.after(np.tile(step, (len(self.runs), 1)))
+        off = float(
+            step @ self.prior[:-1, :-1] @ step - 2.0 * step @ self.prior[:-1, -1] + self.prior[-1, -1]
+        )
+        n, price = self.weights.each, float(self.bare[self.sigma].price.sum())
+        size = np.log(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(n, 1e-300))
+        return float(-0.5 * n @ size - 0.5 * (off + penalty.sum()) - price)
+
+    def after(self, steps: Array) -> tuple[Array, Array]:
+        """Return weighted squares (experiments, outputs) after steps (experiments, open) of the open numbers.
+
+        Starts and deviations follow the steps, and the squares of both in their priors are the second array,
+        shape (experiments,).
+        """
+        S, _, started = self._starts
+        unit, at, scaled = self._own
+        size, moved = unit * np.where(scaled, self.sigma, 1.0), self._eliminated[self.sigma][1]
+        outputs, squares, penalty = self.weights.root.shape[2], [], []
+        for k, (run, step) in enumerate(zip(self.runs, steps, strict=True)):
+            shared, mine = np.append(-step, 1.0), self.columns.path.owner == run
+            own = moved[k] @ shared
+            change = np.concatenate([shared, -own])
+            start = started[mine] @ change
+            left = self._base[mine] @ change - np.einsum("wks,ws->wk", S[mine], start)
+            squares.append((left.reshape(len(left), -1, outputs) ** 2).sum(axis=(0, 1)))
+            penalty.append(np.sum((start / START) ** 2) + np.sum(((at[k] + own) / size) ** 2))
+        return np.array(squares), np.array(penalty)
 
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""

@@ -34,8 +34,7 @@ def paying_parts(around: Linearised) -> list[Key]:
 
 def _products(around: Linearised) -> Array:
     """Products of [open | residual] with priors, all experiments together, at the likeliest deviations."""
-    none = np.empty((*around.columns.path.error.shape, 0))
-    return np.asarray(around.products(none)[around.sigma].each.sum(axis=0) + around.prior)
+    return np.asarray(around.bare[around.sigma].each.sum(axis=0) + around.prior)
 
 
 def _evidence(around: Linearised, products: Array, gone: Collection[int]) -> float:

@@ -42,7 +42,8 @@ class Parent:
 
     def beside(self, law: Refit) -> Parent:
         """Return the fit with one law more."""
-        return Parent(self.base, law.fitted, law.residual, law.around, self.weights)
+        around = Linearised.of(law.fitted, self.base.tau, self.weights)
+        return Parent(self.base, law.fitted, law.residual, around, self.weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,6 @@ class Refit:
     row: Row
     fitted: FittedHypothesis
     residual: Residual
-    around: Linearised
     score: LeftOutRuns
     nats: float  # evidence over its parent; -inf if it leaves more than its parent
     removed: float  # share of the squared residual of its parent, of the output where it is largest
@@ -117,4 +117,4 @@ def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | Non
     left: Array = residual.square / parent.residual.square
     failed = not np.isfinite(nats) or float(left.mean()) > 1.0
     own = -np.inf if failed else nats
-    return Refit(row, fitted, residual, around, LeftOutRuns.of(around), own, float(1.0 - left.min()))
+    return Refit(row, fitted, residual, LeftOutRuns.of(around), own, float(1.0 - left.min()))

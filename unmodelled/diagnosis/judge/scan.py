@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.core.columns import Atom, at_level
+from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.judge.linear import Linearised
 
 #: Size of a column, in weighted residuals, below which it changes nothing.
@@ -21,13 +22,14 @@ class Row:
 
     atom: Atom
     shapes: int  # shapes of this law that were tried at this place
-    nats: float  # evidence for it, after the price of its numbers
+    nats: float  # evidence for it, after the price of its numbers and shapes
     amount: Array  # amplitudes, (amplitudes,), in plausible sizes
 
     @property
     def name(self) -> str:
-        """Return family@channel, which is one explanation."""
-        return f"{self.atom.effect.family}@{self.atom.place.channel}"
+        """Return family@channel, with the level where it acts at one only, which is one explanation."""
+        family, channel, factor, level = self.atom.name
+        return f"{family}@{channel}" if factor is None else f"{family}@{channel} where {factor} is {level}"
 
     @property
     def key(self) -> tuple[str, str]:
@@ -36,18 +38,25 @@ class Row:
 
 
 def scan(around: Linearised) -> list[Row]:
-    """Return every law at every place with every shape around a fit."""
-    found = []
+    """Return every law at every place with every shape around a fit, also at levels of factors."""
+    study, found = around.columns.path.hypothesis.study, list[Row]()
+    local = list(levels(study.logs.experiments.iloc[around.runs], study.thresholds))
     for atoms, columns in around.columns.atoms():
-        reduced, many = around.reduced(columns), columns.shape[3] // len(atoms)
-        for k, atom in enumerate(atoms):
-            found.append(_row(around, atom, len(atoms), reduced, np.arange(many * k, many * (k + 1))))
+        products, effect = around.products(columns), atoms[0].effect
+        if not effect.at_levels:
+            found += _rows(around, atoms, len(atoms), around.reduced(products))
+        if effect.at_levels or atoms[0].place.kind == "port":
+            for factor, level, members in local:
+                reduced = around.reduced(products, np.isin(np.arange(len(around.runs)), members))
+                own = [at_level(atom, factor, level) for atom in atoms]
+                found += _rows(around, own, len(atoms) * len(local), reduced)
     return found
 
 
 def row_of(around: Linearised, atom: Atom, columns: Array) -> Row:
     """Return a law that is not of the library, from its columns (windows, K, outputs, amplitudes)."""
-    return _row(around, atom, 1, around.reduced(columns), np.arange(columns.shape[3]))
+    (row,) = _rows(around, [atom], 1, around.reduced(around.products(columns)))
+    return row
 
 
 def best_by_name(rows: Iterable[Row]) -> list[Row]:
@@ -59,16 +68,20 @@ def best_by_name(rows: Iterable[Row]) -> list[Row]:
     return sorted(found.values(), key=lambda row: -row.nats)
 
 
-def _row(
-    around: Linearised, atom: Atom, shapes: int, reduced: Mapping[float, tuple[Array, float]], mine: Indices
-) -> Row:
-    best, amount = -np.inf, np.zeros(len(mine))
-    for G, price in reduced.values():
-        gain, step = removed(G, mine, atom.positive)
-        nats = around.likelihood(max(G[-1, -1] - gain, 1e-12 * G[-1, -1]), price)
-        if nats > best:
-            best, amount = nats, step
-    return Row(atom, shapes, best - around.evidence - around.weights.price(atom.numbers), amount)
+def _rows(
+    around: Linearised, atoms: Sequence[Atom], shapes: int, reduced: Mapping[float, tuple[Array, float]]
+) -> Iterator[Row]:
+    """Rows of atoms that have as many columns each, side by side."""
+    many = (next(iter(reduced.values()))[0].shape[0] - 1) // len(atoms)
+    for k, atom in enumerate(atoms):
+        mine, best, amount = np.arange(many * k, many * (k + 1)), -np.inf, np.zeros(many)
+        for G, price in reduced.values():
+            gain, step = removed(G, mine, atom.positive)
+            nats = around.likelihood(max(G[-1, -1] - gain, 1e-12 * G[-1, -1]), price)
+            if nats > best:
+                best, amount = nats, step
+        cost = around.weights.price(atom.numbers) + float(np.log(shapes))
+        yield Row(atom, shapes, best - around.pooled - cost, amount)
 
 
 def removed(G: Array, mine: Indices, positive: Mask) -> tuple[float, Array]:
