@@ -92,10 +92,10 @@ def strangers(found: Judgement) -> tuple[str, ...]:
 
 def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
     """Return the parts of the chain that a last fit keeps, and the likeliest sizes of deviations."""
-    values, numbers = last.fitted.fit.values, Numbers(last)
+    numbers = Numbers(last)
     shared = [
-        ChainPart(added, values[name], numbers.error(name), added.units[name], False)
-        for added in chain_of(last.fitted.hypothesis)
+        ChainPart(added, last.values[name], numbers.error(name), added.units[name], False)
+        for added in chain_of(last.leaving)
         for name in added.priors
     ]
     around = found.final.around

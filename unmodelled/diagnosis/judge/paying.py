@@ -41,14 +41,16 @@ def _products(around: Linearised) -> Array:
 def _evidence(around: Linearised, products: Array, gone: Collection[int]) -> float:
     """Evidence of a fit, nats, with some of its open numbers at zero.
 
-    The others are integrated out, each with its prior (Laplace's approximation).
+    The others are integrated out, each with its prior (Laplace's approximation), but for those at a bound,
+    which stay there.
     """
-    numbers, values = around.columns.unknowns(own=False), around.fitted.fit.values
+    numbers, fitted = around.columns.unknowns(own=False), around.fitted
+    values = fitted.fit.values
     back = np.eye(len(products))
     for k in gone:
         back[k, -1] = values[numbers[k].name] / numbers[k].scale
     moved = back.T @ products @ back
-    kept = [k for k in range(len(numbers)) if k not in gone]
+    kept = [k for k, u in enumerate(numbers) if k not in gone and not fitted.at_bound(u.name)]
     H, g = moved[np.ix_(kept, kept)], moved[kept, -1]
     square = float(moved[-1, -1] - g @ np.linalg.solve(H, g))
     price = 0.5 * (np.linalg.slogdet(H)[1] - np.log(np.diag(around.prior)[kept]).sum())
