@@ -6,14 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
-from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits
+from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.judged_models import known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
-from unmodelled.diagnosis.judge.paying import paying_parts
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.where.opposite import comparable_ports, with_ports_between
 from unmodelled.effects.effect import Effect
@@ -63,16 +62,15 @@ def _with_ports_between(system: System) -> tuple[System, tuple[str, ...]]:
 
 def _models(found: Judgement, every: Study) -> Models:
     """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
-    base, last = found.look.parent.base, found.final.fitted
-    chain, laws = paying_parts(found.final.around), [e for e in last.hypothesis.effects if not e.priors]
+    last, base = found.final, found.final.base
+    chain, laws = paying_chain(last), [e for e in last.fitted.hypothesis.effects if not e.priors]
     physics = Leaving.of("re-identified", [LastFit(base.physics, base.tau)], every)
     steps = [physics]
     for k, law in enumerate(laws):
-        kept = [*chain, *(e.key for e in laws[: k + 1])]
-        fits = last_fits(base, last, kept)
+        fits = last_fits(last, [e.key for e in laws[: k + 1]], chain)
         steps.append(Leaving.of(f"with {law.family} at {law.place.channel}", fits, every))
     augmented = chained = steps[-1]
     if chain and not laws:
-        chained = Leaving.of("with the measurement chain", last_fits(base, last, chain), every)
+        chained = Leaving.of("with the measurement chain", last_fits(last, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
     return Models(known_model(every), tuple(one.model for one in steps), augmented, chained)

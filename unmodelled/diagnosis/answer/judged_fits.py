@@ -13,10 +13,11 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.chain import Key, chain_of, with_priors
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.paying import paying_parts
+from unmodelled.diagnosis.judge.refit import Parent
 from unmodelled.effects.added import Added
 
 
@@ -87,24 +88,48 @@ class LastFit:
         return replace(gap, value=larger * gap.value, per_experiment=each, per_output=outputs)
 
 
-def last_fits(base: Base, fitted: FittedHypothesis, kept: Collection[Key]) -> Iterator[LastFit]:
-    """Yield fits with some of the effects over the windows of a base, from the numbers of the larger fit.
+def last_fits(last: Parent, laws: Collection[Key], chain: Collection[Key]) -> Iterator[LastFit]:
+    """Yield fits with some of the laws and parts of the chain of a larger fit, over its windows.
 
     Deviations of experiments are open in one of them and left out in the other. Where they are open, a supply
     that varies bends no number; where the file is a little wrong in all experiments, they absorb it.
     """
-    own = {e.key for e in chain_of(fitted.hypothesis) if e.per_experiment}
-    for keys in [{*kept, *own}, set(kept)] if own else [set(kept)]:
-        hypothesis, names = among(fitted.hypothesis, keys)
-        values = fitted.fit.every
-        start = {name: values[before] for name, before in names.items() if before in values}
-        yield LastFit(base.fit(hypothesis, [start]), base.tau)
+    own = {e.key for e in chain_of(last.fitted.hypothesis) if e.per_experiment}
+    yield from (_fit(last, {*laws, *chain, *more}) for more in ([own, ()] if own else [()]))
 
 
-def among(whole: Hypothesis, kept: Collection[Key]) -> tuple[Hypothesis, dict[str, str]]:
+def paying_chain(last: Parent) -> list[Key]:
+    """Return the parts of the chain that pay in the fit with all laws.
+
+    The fit is repeated without the others until all of them pay: of parts that stand in for each other, the
+    evidence of a linear step keeps too many.
+    """
+    whole = last.fitted.hypothesis
+    own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
+    chain = paying_parts(Linearised.of(last.fitted, last.base.tau))
+    while chain:
+        fewer = paying_parts(_fit(last, {*own, *chain}).around)
+        if set(fewer) == set(chain):
+            break
+        chain = fewer
+    return chain
+
+
+def _fit(last: Parent, kept: Collection[Key]) -> LastFit:
+    """A fit with some of the effects of a larger fit, from its numbers.
+
+    Priors are tightened by the correlation time of what the larger fit leaves.
+    """
+    tau, values = float(last.residual.tau.max()), last.fitted.fit.every
+    hypothesis, names = among(last.fitted.hypothesis, kept, float(np.sqrt(last.base.tau / tau)))
+    start = {name: values[before] for name, before in names.items() if before in values}
+    return LastFit(last.base.fit(hypothesis, [start]), tau)
+
+
+def among(whole: Hypothesis, kept: Collection[Key], wider: float = 1.0) -> tuple[Hypothesis, dict[str, str]]:
     """Return a hypothesis with some of its effects, and the names of its numbers in the whole one.
 
-    Beside fewer effects, numbers may have other names.
+    Beside fewer effects, numbers may have other names. Priors are `wider` by a factor.
     """
     found = Hypothesis.known(whole.study)
     names = {u.name: u.name for u in found.unknowns}
@@ -113,5 +138,5 @@ def among(whole: Hypothesis, kept: Collection[Key]) -> tuple[Hypothesis, dict[st
             found = found.plus(law, added.place)
             new = dict(zip(added.units, found.effects[-1].units, strict=True))
             names |= {own: before for before, own in new.items()}
-            found = with_priors(found, {new[name]: prior for name, prior in added.priors.items()})
+            found = with_priors(found, {new[name]: wider * prior for name, prior in added.priors.items()})
     return found, names
