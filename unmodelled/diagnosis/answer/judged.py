@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from unmodelled.diagnosis.answer.judged_answer import Answered, Models, assembled
-from unmodelled.diagnosis.answer.judged_fits import LastFits, laws_of
+from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
+from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.judged_models import known_model
-from unmodelled.diagnosis.judge.judgement import judge
+from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.where.opposite import comparable_ports, with_ports_between
 from unmodelled.effects.effect import Effect
@@ -47,14 +47,11 @@ def diagnose_by_evidence(
     search = begun(replace(given, system=larger), workers, progress)
     found = judge(search.study, search.base, progress)
 
-    # 4. The models that leave have the parts of the chain that pay, and no deviations of experiments.
+    # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
+    #    experiments that were left out of the fit, each once.
     progress("fit the models without the parts of the chain that do not pay")
-    fits = LastFits.of(found)
-
-    # 5. Gaps over windows of the horizon, every experiment left out of the fit once.
-    progress("judge the models on all experiments")
-    models = _models(fits, replace(given, held_out=tuple(range(len(logs)))))
-    return assembled(Answered(search.study, found, fits, models, between), tuple(faults))
+    models = _models(found, replace(given, held_out=tuple(range(len(logs)))))
+    return assembled(Answered(search.study, found, models, between), tuple(faults))
 
 
 def _with_ports_between(system: System) -> tuple[System, tuple[str, ...]]:
@@ -63,16 +60,17 @@ def _with_ports_between(system: System) -> tuple[System, tuple[str, ...]]:
     return with_ports_between(system, pairs) if len(pairs) <= MOST_BETWEEN else (system, ())
 
 
-def _models(fits: LastFits, every: Study) -> Models:
-    """Judge the models; parts of the chain alone leave only if the gap is smaller with them."""
-    given, before = known_model(every), fits.reidentified.judged("re-identified", every)
-    laws = [law for step in fits.steps[-1:] for law in laws_of(step.fitted)]
-    labels = [f"with {law.family} at {law.place.channel}" for law in laws]
-    after = [fit.judged(label, every) for fit, label in zip(fits.steps, labels, strict=True)]
-    if after:
-        return Models(given, (before, *after), after[-1], fits.steps[-1])
-    if fits.chained is not None:
-        chained = fits.chained.judged("with the measurement chain", every)
-        if chained.gap.value < before.gap.value:
-            return Models(given, (before,), chained, fits.chained)
-    return Models(given, (before,), before, fits.reidentified)
+def _models(found: Judgement, every: Study) -> Models:
+    """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
+    last, base = found.final, found.final.base
+    chain, laws = paying_chain(last), [e for e in last.fitted.hypothesis.effects if not e.priors]
+    physics = Leaving.of("re-identified", [LastFit(base.physics, base.tau)], every)
+    steps = [physics]
+    for k, law in enumerate(laws):
+        fits = last_fits(last, [e.key for e in laws[: k + 1]], chain)
+        steps.append(Leaving.of(f"with {law.family} at {law.place.channel}", fits, every))
+    augmented = chained = steps[-1]
+    if chain and not laws:
+        chained = Leaving.of("with the measurement chain", last_fits(last, (), chain), every)
+        augmented = min(physics, chained, key=lambda one: one.model.gap.value)
+    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained)

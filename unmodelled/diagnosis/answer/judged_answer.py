@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.answer.judged_fits import LastFit, LastFits, laws_of
+from unmodelled.diagnosis.answer.judged_fits import LastFit
 from unmodelled.diagnosis.answer.judged_numbers import Numbers
 from unmodelled.diagnosis.answer.judged_tables import (
     chain_parts,
@@ -31,13 +31,27 @@ HIGHEST = 0.99
 
 
 @dataclass(frozen=True, eq=False)
+class Leaving:
+    """A model that leaves."""
+
+    model: JudgedModel
+    last: LastFit
+
+    @classmethod
+    def of(cls, label: str, fits: Iterable[LastFit], every: Study) -> Leaving:
+        """Return the fit with the smallest gap of experiments left out."""
+        judged = [cls(fit.judged(label, every), fit) for fit in fits]
+        return min(judged, key=lambda one: one.model.gap.value)
+
+
+@dataclass(frozen=True, eq=False)
 class Models:
     """Models with their gaps, experiments left out."""
 
     known: JudgedModel
     steps: tuple[JudgedModel, ...]  # re-identified, then with one law more each
-    augmented: JudgedModel
-    last: LastFit  # of `augmented`
+    augmented: Leaving
+    chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,31 +60,29 @@ class Answered:
 
     study: Study
     found: Judgement
-    fits: LastFits
     models: Models
     between: tuple[str, ...]  # ports that were added between others
 
     @cached_property
     def numbers(self) -> Numbers:
         """Return the numbers that leave."""
-        return Numbers(self.models.last)
+        return Numbers(self.models.augmented.last)
 
     @cached_property
     def laws(self) -> list[Added]:
         """Return the named laws in the order in which they were found."""
-        return laws_of(self.models.last.fitted)
+        return self.models.augmented.last.laws
 
 
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     """Return the diagnosis of a judgement."""
     study, found, models = answered.study, answered.found, answered.models
-    before, after, floor = models.steps[0], models.augmented, models.augmented.gap.floor
+    before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
     # as sure as the least sure of its laws; without a law, as no law is likelier than the best one
     sure = min((probability_of(*one) for one in zip(found.rounds, found.laws, strict=False)), default=chance)
     level, system = study.thresholds.level, study.system
     reported = [n for law in answered.laws for n in law.reported]
-    chained = answered.fits.chained or models.last
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
         confidence=min(sure, HIGHEST),
@@ -95,7 +107,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         notes=(*study.logs.notes, *_notes(answered)),
         faults=faults,
         correlations=answered.numbers.correlations([*reported, *system.uncertain]),
-        chain=chain_parts(found, chained),
+        chain=chain_parts(found, models.chained.last),
         evidence=evidence(found),
         strangers=strangers(found),
     )
@@ -129,7 +141,7 @@ def _remainder(answered: Answered) -> Remainder | None:
     """What the models leave where that is more than the sensors' noise; no network was asked."""
     if answered.found.verdict not in ("main_effect", "unknown"):
         return None
-    before, after = answered.models.steps[0].gap.value, answered.models.augmented.gap.value
+    before, after = answered.models.steps[0].gap.value, answered.models.augmented.model.gap.value
     return Remainder(min(1.0, (after / before) ** 2) if before > 0.0 else 0.0, 0.0, None)
 
 
@@ -143,6 +155,6 @@ def _notes(answered: Answered) -> Iterator[str]:
             f"effects between ports were tried too, at {listed(answered.between)}, whose coordinates are "
             "those of the first port less those of the second one"
         )
-    models = dict.fromkeys((answered.models.known, answered.models.augmented))
+    models = answered.models.known, answered.models.augmented.model
     for model in models:
         yield from (f"{model.label}: {note}" for note in model.gap.notes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,13 +13,11 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.judge.base import Base
-from unmodelled.diagnosis.judge.chain import Key, with_priors
-from unmodelled.diagnosis.judge.judgement import Judgement
+from unmodelled.diagnosis.judge.chain import Key, chain_of, with_priors
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
+from unmodelled.diagnosis.judge.refit import Parent
 from unmodelled.effects.added import Added
 
 
@@ -40,11 +38,39 @@ class LastFit:
         """Return the experiments left out."""
         return LeftOutRuns.of(self.around)
 
-    def judged(self, label: str, study: Study) -> JudgedModel:
-        """Return the model with its gap over windows of the horizon of `study`, experiments left out."""
-        every = replace(study, system=self.fitted.hypothesis.study.system)
-        hypothesis = replace(self.fitted.hypothesis, study=every)
-        model = judged_model(label, replace(self.fitted, hypothesis=hypothesis))
+    @cached_property
+    def _leaving(self) -> tuple[Hypothesis, Mapping[str, str]]:
+        """The hypothesis without deviations of experiments, and names of its numbers in the fit."""
+        effects = self.fitted.hypothesis.effects
+        return among(self.fitted.hypothesis, [e.key for e in effects if not e.per_experiment])
+
+    @property
+    def leaving(self) -> Hypothesis:
+        """Return the hypothesis without deviations of experiments: a new one has deviations of its own."""
+        return self._leaving[0]
+
+    @property
+    def names(self) -> Mapping[str, str]:
+        """Return the names in the fit of the numbers of `leaving`."""
+        return self._leaving[1]
+
+    @property
+    def laws(self) -> list[Added]:
+        """Return the laws, without the chain."""
+        return [added for added in self.leaving.effects if not added.priors]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return the numbers that leave, SI, by name."""
+        values = self.fitted.fit.values
+        return {name: values[own] for name, own in self.names.items() if own in values}
+
+    def judged(self, label: str, every: Study) -> JudgedModel:
+        """Return the model with its gap over windows of the horizon of `every`, experiments left out."""
+        study = replace(every, system=self.leaving.study.system)
+        fit = replace(self.fitted.fit, values=self.values, own={})
+        leaves = FittedHypothesis(replace(self.leaving, study=study), self.fitted.recording, fit)
+        model = judged_model(label, leaves)
         return replace(model, gap=self._left_out(model.gap))
 
     def _left_out(self, gap: Gap) -> Gap:
@@ -61,48 +87,55 @@ class LastFit:
         return replace(gap, value=larger * gap.value, per_experiment=each, per_output=outputs)
 
 
-@dataclass(frozen=True, eq=False)
-class LastFits:
-    """The fits of a judgement whose numbers leave."""
+def last_fits(last: Parent, laws: Collection[Key], chain: Collection[Key]) -> Iterator[LastFit]:
+    """Yield fits with some of the laws and parts of the chain of a larger fit, over its windows.
 
-    reidentified: LastFit  # the known physics
-    steps: tuple[LastFit, ...]  # with one law more each
-    chained: LastFit | None  # with the parts of the chain that pay, where there are some and no law
-
-    @classmethod
-    def of(cls, found: Judgement) -> LastFits:
-        """Fit the models again without the parts of the chain that do not pay, over the same windows.
-
-        What differs between experiments is left out, too: a new experiment has deviations of its own.
-        """
-        base, last = found.look.parent.base, found.final.fitted
-        kept, keys = paying_parts(found.final.around), [law.key for law in laws_of(last)]
-        steps = [_fit(base, last, {*kept, *keys[: k + 1]}) for k in range(len(keys))]
-        chained = _fit(base, last, kept) if kept and not keys else None
-        return cls(LastFit(base.physics, base.tau), tuple(steps), chained)
+    Deviations of experiments are open in one of them and left out in the other. Where they are open, a supply
+    that varies bends no number; where the file is a little wrong in all experiments, they absorb it.
+    """
+    own = {e.key for e in chain_of(last.fitted.hypothesis) if e.per_experiment}
+    yield from (_fit(last, {*laws, *chain, *more}) for more in ([own, ()] if own else [()]))
 
 
-def laws_of(fitted: FittedHypothesis) -> list[Added]:
-    """Return the laws of a fit, without its chain."""
-    return [added for added in fitted.hypothesis.effects if not added.priors]
+def paying_chain(last: Parent) -> list[Key]:
+    """Return the parts of the chain that pay in the fit with all laws.
+
+    The fit is repeated without the others until all of them pay: of parts that stand in for each other, the
+    evidence of a linear step keeps too many.
+    """
+    whole = last.fitted.hypothesis
+    own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
+    chain = paying_parts(Linearised.of(last.fitted, last.base.tau))
+    while chain:
+        fewer = paying_parts(_fit(last, {*own, *chain}).around)
+        if set(fewer) == set(chain):
+            break
+        chain = fewer
+    return chain
 
 
-def _fit(base: Base, fitted: FittedHypothesis, kept: Collection[Key]) -> LastFit:
-    """A fit with some of the effects, which starts from the numbers of the larger one."""
-    hypothesis, start = _among(fitted, kept)
-    return LastFit(base.fit(hypothesis, [start]), base.tau)
+def _fit(last: Parent, kept: Collection[Key]) -> LastFit:
+    """A fit with some of the effects of a larger fit, from its numbers.
+
+    Priors are tightened by the correlation time of what the larger fit leaves.
+    """
+    tau, values = float(last.residual.tau.max()), last.fitted.fit.every
+    hypothesis, names = among(last.fitted.hypothesis, kept, float(np.sqrt(last.base.tau / tau)))
+    start = {name: values[before] for name, before in names.items() if before in values}
+    return LastFit(last.base.fit(hypothesis, [start]), tau)
 
 
-def _among(fitted: FittedHypothesis, kept: Collection[Key]) -> tuple[Hypothesis, Start]:
-    """The hypothesis with some of the effects, priors with them, and their fitted numbers."""
-    whole, values = fitted.hypothesis, fitted.fit.every
+def among(whole: Hypothesis, kept: Collection[Key], wider: float = 1.0) -> tuple[Hypothesis, dict[str, str]]:
+    """Return a hypothesis with some of its effects, and the names of its numbers in the whole one.
+
+    Beside fewer effects, numbers may have other names. Priors are `wider` by a factor.
+    """
     found = Hypothesis.known(whole.study)
-    start = {u.name: values[u.name] for u in found.unknowns if u.name in values}
+    names = {u.name: u.name for u in found.unknowns}
     for added, law in zip(whole.effects, whole.laws, strict=True):
         if added.key in kept:
             found = found.plus(law, added.place)
-            # beside fewer effects, numbers may have other names
-            names = dict(zip(added.units, found.effects[-1].units, strict=True))
-            start |= {names[n]: values[n] for n in added.units if n in values}
-            found = with_priors(found, {names[n]: prior for n, prior in added.priors.items()})
-    return found, start
+            new = dict(zip(added.units, found.effects[-1].units, strict=True))
+            names |= {own: before for before, own in new.items()}
+            found = with_priors(found, {new[name]: wider * prior for name, prior in added.priors.items()})
+    return found, names

@@ -24,9 +24,10 @@ class Numbers:
 
     @cached_property
     def _known(self) -> dict[str, tuple[int, Unknown]]:
-        """Place in the open numbers, and bounds, by name."""
+        """Place in the open numbers, and bounds, by the name with which a number leaves."""
         numbers = self.last.around.columns.unknowns(own=False)
-        return {u.name: (k, u) for k, u in enumerate(numbers)}
+        there = {u.name: (k, u) for k, u in enumerate(numbers)}
+        return {name: there[own] for name, own in self.last.names.items() if own in there}
 
     @cached_property
     def _covariance(self) -> Array:
@@ -58,15 +59,14 @@ class Numbers:
 
         It is determined where the interval is narrower than the number or its plausible size.
         """
-        fitted = self.last.fitted
         if name not in self._known:
             value = _value_in(self.last, name)
             return Estimate(unit, known, value, (value, value))
-        value, (_, unknown) = float(fitted.fit.values[name]), self._known[name]
+        value, (_, unknown) = self.last.values[name], self._known[name]
         reach = self._reach(name, level)
         ends: Interval = max(value - reach, unknown.low), min(value + reach, unknown.high)
         determined = reach < max(abs(value), unknown.scale)
-        return Estimate(unit, known, value, ends, determined, fitted.at_bound(name))
+        return Estimate(unit, known, value, ends, determined, self.last.fitted.at_bound(unknown.name))
 
     def correlations(self, names: Sequence[str]) -> dict[tuple[str, str], float]:
         """Return correlations by pair of names; none of fewer than two numbers."""
@@ -80,5 +80,5 @@ class Numbers:
 
 
 def _value_in(last: LastFit, name: str) -> float:
-    full = last.fitted.hypothesis.full
+    full = last.leaving.full
     return float(dict(zip((p.name for p in full.parameters), full.values, strict=True))[name])

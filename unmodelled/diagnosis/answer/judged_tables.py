@@ -8,7 +8,7 @@ from unmodelled.diagnosis.answer.judged_fits import LastFit
 from unmodelled.diagnosis.answer.judged_numbers import Numbers
 from unmodelled.diagnosis.data.result import ChainPart, Compared, Evidence
 from unmodelled.diagnosis.judge.chain import chain_of
-from unmodelled.diagnosis.judge.classes import LawClass, best_of
+from unmodelled.diagnosis.judge.classes import LawClass
 from unmodelled.diagnosis.judge.judgement import Judgement, Look
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
 from unmodelled.diagnosis.judge.linear import SIGMAS
@@ -51,16 +51,16 @@ def _without(look: Look) -> LeftOutRuns:
 
 
 def _fitted(look: Look) -> list[Refit]:
-    """The best refit of every law at every place that leaves no more than its parent."""
-    return [one for one in best_of(look.refits) if np.isfinite(one.nats)]
+    """The refits that leave no more than their parent, the best first."""
+    return sorted((one for one in look.refits if np.isfinite(one.nats)), key=lambda one: -one.nats)
 
 
 def probability_of(look: Look, found: LawClass) -> float:
     """Return the probability of a class among all laws that were compared, and none of them."""
     refits = _fitted(look)
     scores = [_without(look).log_scores, *(one.score.log_scores for one in refits)]
-    each = probabilities(np.stack(scores))[1:].tolist()
-    return float(sum(p for p, one in zip(each, refits, strict=True) if one in found.members))
+    each, laws = probabilities(np.stack(scores))[1:].tolist(), {one.row.name for one in found.members}
+    return float(sum(p for p, one in zip(each, refits, strict=True) if one.row.name in laws))
 
 
 def chance_of_nothing(look: Look) -> float:
@@ -92,10 +92,10 @@ def strangers(found: Judgement) -> tuple[str, ...]:
 
 def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
     """Return the parts of the chain that a last fit keeps, and the likeliest sizes of deviations."""
-    values, numbers = last.fitted.fit.values, Numbers(last)
+    numbers = Numbers(last)
     shared = [
-        ChainPart(added, values[name], numbers.error(name), added.units[name], False)
-        for added in chain_of(last.fitted.hypothesis)
+        ChainPart(added, last.values[name], numbers.error(name), added.units[name], False)
+        for added in chain_of(last.leaving)
         for name in added.priors
     ]
     around = found.final.around

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +15,13 @@ from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refits
 from unmodelled.diagnosis.judge.scan import scan
+from unmodelled.effects.effect import USUAL_PERIODS
 
 #: Most laws beside each other.
 LAWS = 3
-#: Samples per independent one up to which what no law explains is noise.
-WHITE = 12.0
+#: Samples per independent one up to which what no law explains is noise: white noise behind a lag that is
+#: usual in a logger.
+WHITE = 1.0 / np.tanh(0.5 / USUAL_PERIODS)
 #: Share of the squared residual that a law removes where the gap is small and yet named.
 NEARLY_ALL = 0.8
 
@@ -36,11 +38,10 @@ class Look:
         """Return whether the gap of the base matters at this length."""
         return self.parent.base.matters(self.parent.residual)
 
-    @property
-    def first(self) -> LawClass | None:
-        """Return the class that is named; where the gap is small, only if it removes nearly all of it."""
+    def first(self, matters: bool) -> LawClass | None:
+        """Return the class that is named; where no gap `matters`, only if it removes nearly all of it."""
         found = best_class(self.refits)
-        if found is None or self.matters or found.speaker.removed >= NEARLY_ALL:
+        if found is None or matters or found.speaker.removed >= NEARLY_ALL:
             return found
         return None
 
@@ -74,9 +75,12 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
         parent = Parent.of(base)
         looks.append(Look(parent, tuple(refits(parent, scan(parent.around), carried))))
 
-    # 2. The longest windows decide; where their gap matters and no law stands, shorter ones.
-    look = _deciding(looks)
-    laws = [] if look.first is None else [look.first]
+    # 2. The longest windows decide; where no law stands over them, shorter ones. A gap that matters over
+    #    windows of one length is one.
+    matters = any(look.matters for look in looks)
+    look = next((look for look in reversed(looks) if look.first(matters) is not None), looks[-1])
+    first = look.first(matters)
+    laws = [] if first is None else [first]
     parent, rounds = look.parent.beside(laws[0].speaker) if laws else look.parent, [look]
 
     # 3. A further law must explain more than a free curve in the arguments of the laws so far.
@@ -88,14 +92,7 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
         laws.append(further)
         rounds.append(look)
         parent = parent.beside(further.speaker)
-    return Judgement(_verdict(looks, parent, bool(laws)), tuple(laws), tuple(looks), tuple(rounds), parent)
-
-
-def _deciding(looks: Sequence[Look]) -> Look:
-    """The longest length; where its gap matters and no law stands, the longest one at which a law stands."""
-    if not looks[-1].matters and looks[-1].first is None:
-        return looks[-1]
-    return next((look for look in reversed(looks) if look.first is not None), looks[-1])
+    return Judgement(_verdict(parent, matters, bool(laws)), tuple(laws), tuple(looks), tuple(rounds), parent)
 
 
 def _further(parent: Parent) -> tuple[Look, LawClass | None]:
@@ -108,9 +105,9 @@ def _further(parent: Parent) -> tuple[Look, LawClass | None]:
     return look, best_class([one for one in found if one.nats >= least])
 
 
-def _verdict(looks: Sequence[Look], final: Parent, named: bool) -> Verdict:
+def _verdict(final: Parent, matters: bool, named: bool) -> Verdict:
     """Whether what is left is as small as the sensors or white."""
     white = bool(np.all(final.residual.tau < WHITE))
     if named:
         return "effect" if white or not final.base.matters(final.residual) else "main_effect"
-    return "no_gap" if white or not any(look.matters for look in looks) else "unknown"
+    return "no_gap" if white or not matters else "unknown"

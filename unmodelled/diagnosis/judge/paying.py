@@ -21,7 +21,7 @@ def paying_parts(around: Linearised) -> list[Key]:
     names = {u.name: k for k, u in enumerate(numbers)}
     parts = {e.key: [names[n] for n in e.priors if n in names] for e in chain_of(around.fitted.hypothesis)}
     left, gone = [key for key, own in parts.items() if own], list[int]()
-    products = _products(around)
+    products = around.bare[around.sigma].each.sum(axis=0) + around.prior
     while left:
         without = {key: _evidence(around, products, [*gone, *parts[key]]) for key in left}
         least = max(left, key=lambda key: without[key])
@@ -32,23 +32,17 @@ def paying_parts(around: Linearised) -> list[Key]:
     return left
 
 
-def _products(around: Linearised) -> Array:
-    """Products of [open | residual] with priors, all experiments together, at the likeliest deviations."""
-    return np.asarray(around.bare[around.sigma].each.sum(axis=0) + around.prior)
-
-
 def _evidence(around: Linearised, products: Array, gone: Collection[int]) -> float:
-    """Evidence of a fit, nats, with some of its open numbers at zero.
+    """Evidence of a fit, nats, with some of its open numbers at zero; every other one costs its price.
 
-    The others are integrated out, each with its prior (Laplace's approximation).
+    `products` of [open | residual] have the priors. Numbers at a bound stay there.
     """
-    numbers, values = around.columns.unknowns(own=False), around.fitted.fit.values
+    numbers, fitted = around.columns.unknowns(own=False), around.fitted
     back = np.eye(len(products))
     for k in gone:
-        back[k, -1] = values[numbers[k].name] / numbers[k].scale
+        back[k, -1] = fitted.fit.values[numbers[k].name] / numbers[k].scale
     moved = back.T @ products @ back
-    kept = [k for k in range(len(numbers)) if k not in gone]
+    kept = [k for k, u in enumerate(numbers) if k not in gone and not fitted.at_bound(u.name)]
     H, g = moved[np.ix_(kept, kept)], moved[kept, -1]
     square = float(moved[-1, -1] - g @ np.linalg.solve(H, g))
-    price = 0.5 * (np.linalg.slogdet(H)[1] - np.log(np.diag(around.prior)[kept]).sum())
-    return around.likelihood(square, float(price))
+    return around.likelihood(square, around.weights.price(len(kept)))

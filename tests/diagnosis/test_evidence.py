@@ -1,0 +1,136 @@
+"""A diagnosis by evidence, from the command line to the files that a user takes home."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.commands import exit_code
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import HORIZON, study
+from unmodelled.api.diagnosis import diagnose
+from unmodelled.api.simulation import simulate
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
+from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.judge.base import bases
+from unmodelled.diagnosis.judge.chain import chain_of
+from unmodelled.diagnosis.judge.left_out import LeftOutRuns
+from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.paying import paying_parts
+from unmodelled.systems.reader import read_system
+
+RUBBING = Bench(runs=4, samples=400)
+LATE = 5
+LAWS = """schema: laws/1
+laws:
+  rub:
+    formula: F*tanh(v/0.05)
+    numbers:
+      F: {unit: N m, plausible: 0.1, low: 0}
+"""
+
+
+@cache
+def by_evidence(folder: Path, bench: Bench) -> Diagnosis:
+    return diagnose_by_evidence(*bench.recorded(folder), HORIZON, 0, 1, lambda _: None)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("evidence")
+
+
+@pytest.fixture(scope="module")
+def answered(folder: Path) -> Path:
+    """Folder of the answer of the verb, with a law of the user."""
+    RUBBING.recorded(folder)
+    (folder / "laws.yaml").write_text(LAWS)
+    words = (f"{name}={folder / file}" for name, file in (("system", "system.yaml"), ("logs", "logs")))
+    own = f"laws={folder / 'laws.yaml'}", f"horizon={HORIZON}", f"out={folder / 'answer'}"
+    assert exit_code("diagnose", *words, "by=evidence", *own, "-q") == 0
+    return folder / "answer"
+
+
+def content(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "diagnosis.json").read_text())
+    return found
+
+
+def test_the_verb_names_friction_with_its_number_in_all_files(answered: Path) -> None:
+    found = content(answered)
+    assert found["verdict"] == "effect" and found["confidence"] > 0.5
+    (effect,) = found["effects"]
+    # the law of the user is the same friction with one number less
+    listed = [e["family"] for e in (effect, *effect["indistinguishable"])]
+    assert listed[0] == "rub" and "coulomb_friction" in listed and effect["port"] == "joint"
+    number = effect["parameters"]["F"]
+    low, high = number["interval"]
+    assert low < 0.06 < high and high - low < 0.02 and number["determined"]
+    assert found["gap"]["held_out"] == [f"run{k}" for k in range(RUBBING.runs)]
+    assert found["gap"]["augmented"] < 0.2 * found["gap"]["reidentified"]
+    for file in ("index.html", "augmented_system.yaml", "tables"):
+        assert (answered / file).exists()
+
+
+def test_the_written_file_has_the_numbers_and_nearly_the_gap_of_the_answer(answered: Path) -> None:
+    found, system = content(answered), read_system(answered / "augmented_system.yaml")
+    values = dict(zip((p.name for p in system.parameters), system.values, strict=True))
+    (effect,) = found["effects"]
+    assert values["F"] == pytest.approx(effect["parameters"]["F"]["value"], rel=1e-6)
+    gap = simulate(answered / "augmented_system.yaml", answered.parent / "logs", HORIZON).value
+    # experiments left out are predicted a little worse than those that a file was fitted to
+    assert 0.8 * found["gap"]["augmented"] <= gap <= found["gap"]["augmented"] * (1.0 + 1e-6)
+
+
+def test_both_ways_write_the_same_entries(answered: Path) -> None:
+    system, logs = answered.parent / "system.yaml", answered.parent / "logs"
+    other, found = diagnose(system, logs, HORIZON, workers=1).content, content(answered)
+    own = {"laws", "sources", "options"}
+    assert set(other) - own == set(found) - own
+    for part in ("gap", "where"):
+        assert set(other[part]) == set(found[part])
+    for part in ("effects", "comparison"):
+        one, two = (each[part][0] for each in (other, found))
+        assert set(one) - {"text"} == set(two) - {"text"}
+
+
+def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
+    found = by_evidence(folder / "null", replace(RUBBING, friction=0.0))
+    assert found.verdict == "no_gap" and not found.effects and found.remainder is None
+    assert found.augmented.gap.value < 1.2 * found.floor
+    (named,) = (row for row in found.comparison if row.named)
+    assert named.effects == () and found.chance is not None and found.chance > 0.2
+    assert found.parameters["mgl"].interval[0] < 1.2 < found.parameters["mgl"].interval[1]
+
+
+def test_a_late_sensor_leaves_with_the_system_and_other_parts_of_the_chain_do_not(folder: Path) -> None:
+    found = by_evidence(folder / "late", replace(RUBBING, delay=LATE))
+    delays = [part for part in found.chain if part.unit == "s" and not part.per_experiment]
+    assert {part.added.family for part in delays} == {"sensor_delay"}
+    (late,) = delays
+    assert late.value == pytest.approx(0.002 * LATE, abs=max(4.0 * late.error, 2e-4))
+    (output,) = found.augmented.system.outputs
+    assert output.delay == pytest.approx(late.value)
+    assert not [part for part in found.chain if part.added.family == "sensor_gain"]
+    assert {e.added.family for e in found.effects} == {"coulomb_friction"}
+
+
+def test_gaps_of_experiments_left_out_are_no_smaller(folder: Path) -> None:
+    found = study(folder / "left_out", RUBBING)
+    fitted = FittedHypothesis.of(Hypothesis.known(found), found.recording)
+    base = next(bases(found, fitted))
+    around = Linearised.of(base.fitted, base.tau)
+    assert np.all(LeftOutRuns.of(around).steps.shape == (len(found.learned), around.opened))
+    kept = paying_parts(around)
+    assert set(kept) < {part.key for part in chain_of(base.fitted.hypothesis)}
+
+
+def test_another_way_is_refused(folder: Path) -> None:
+    with pytest.raises(BadInput, match="by: must be search or evidence, got 'luck'"):
+        diagnose(*RUBBING.recorded(folder / "refused"), by="luck")  # type: ignore[arg-type]
