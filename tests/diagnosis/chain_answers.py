@@ -1,4 +1,4 @@
-"""A diagnosis whose laws were compared by evidence: kinds, evidence by length, measurement chain, strangers."""
+"""A diagnosis whose laws were compared by evidence: kinds, evidence, measurement chain, strangers."""
 
 from dataclasses import replace
 

@@ -251,8 +251,9 @@ class Answer:
             figure: name of the figure: gap (default; the gap of every model), lacking (missing effort of the
                 known physics), left_over (that of the augmented model), experiments, before_and_after,
                 spectrum (of the errors), correlations (of the fitted numbers, where there are two), evidence
-                (of laws, where they were compared by it) or candidates. With the verdict check_logs, only experiments (then the default) and
-                before_and_after exist; without a gap, there is no missing effort.
+                (of laws, where they were compared by it) or candidates. With the verdict check_logs, only
+                experiments (then the default) and before_and_after exist; without a gap, there is no missing
+                effort.
 
         Raises:
             BadInput: when the answer has no such figure.

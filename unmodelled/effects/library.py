@@ -26,7 +26,12 @@ from unmodelled.systems.model import System
 #: Group of entry points by which other packages add laws; each names an object, not a class.
 GROUP = "unmodelled.laws"
 #: Base classes of laws by kind of place.
-_BASES = {"port": PortEffect, "actuator": ActuatorEffect, "sensor": SensorEffect, "parameter": ParameterEffect}
+_BASES = {
+    "port": PortEffect,
+    "actuator": ActuatorEffect,
+    "sensor": SensorEffect,
+    "parameter": ParameterEffect,
+}
 
 
 @cache

@@ -177,7 +177,7 @@ def chain_table(content: Mapping[str, Any]) -> Table:
 
 def evidence_table(content: Mapping[str, Any]) -> Table:
     """Return the evidence of every refitted law, the best first."""
-    entries = sorted(content.get("evidence", ()), key=lambda one: (one["horizon"], -(one["nats"] or 0.0)))
+    entries = sorted(content.get("evidence", ()), key=lambda one: (one["horizon"], *_last(one["nats"])))
     rows = []
     for one in entries:
         name, removed = effect_name(one), one["removed"]
@@ -245,6 +245,11 @@ def _numeric(flags: str) -> tuple[bool, ...]:
 
 def _value(text: str, exact: Any) -> Cell:
     return Cell(text, "" if exact is None else str(exact), "figure")
+
+
+def _last(nats: float | None) -> tuple[bool, float]:
+    """Key that sorts by evidence, the most first; laws whose fit failed come last."""
+    return (True, 0.0) if nats is None else (False, -nats)
 
 
 def _rounded(value: float | None) -> Cell:

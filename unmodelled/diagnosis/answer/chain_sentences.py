@@ -21,7 +21,7 @@ LOSSES = {"N s/m": "damping", "N m s/rad": "damping", "ohm": "resistance", "s": 
 
 
 def chain_entry(part: ChainPart) -> dict[str, Any]:
-    """Return a part of the measurement chain as diagnosis.json has it: numbers in SI, and as a person says."""
+    """Return a part of the measurement chain as diagnosis.json has it: in SI, and as a person says it."""
     added, (value, error, unit) = part.added, _shown(part)
     entry: dict[str, Any] = {"channel": added.place.channel, "family": added.family}
     entry |= {"variant": added.variant} if added.variant else {}

@@ -38,7 +38,7 @@ MOST_IDS, MOST_CHANGES = 4, 6
 
 
 def sentences(content: Entry) -> list[str]:
-    """Return an answer in lines: verdict, faults, effects, chain, parameters, gap, notes, files, next step."""
+    """Return an answer in lines: verdict, faults, effects, chain, parameters, gap, notes, files, next."""
     notes = [f"note: {note}" for note in content["notes"]]
     told = [*_verdict(content), *_chain(content), *_parameters(content["parameters"]), *_gap(content)]
     told += notes

@@ -13,7 +13,14 @@ from unmodelled.base.wording import amounts, part_of
 from unmodelled.diagnosis.answer.chain_sentences import chain_entry
 from unmodelled.diagnosis.answer.compensation import compensations, file_of, is_compensated
 from unmodelled.diagnosis.data.gap import Off
-from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, Evidence, LogFault
+from unmodelled.diagnosis.data.result import (
+    Compared,
+    DiagnosedEffect,
+    Diagnosis,
+    Estimate,
+    Evidence,
+    LogFault,
+)
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
@@ -96,20 +103,26 @@ def _effect(found: DiagnosedEffect, ports: Ports, files: Collection[str] = ()) -
     numbers |= {name: _own(found.added.units[name], values) for name, values in found.own.items()}
     text, file = _phrase(found), file_of(found.added) if is_compensated(found) else ""
     own, *others = _likely(found)
-    return _named(found.added, ports) | own | {
-        "law": found.added.law,
-        **({"text": text} if text else {}),
-        **({"compensation": file} if file in files else {}),
-        "parameters": {name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()},
-        "confidence": found.confidence,
-        "shrink": found.shrink,
-        "interval": found.interval,
-        "indistinguishable": [
-            _named(added, ports) | likely
-            for added, likely in zip(found.indistinguishable, others, strict=True)
-        ],
-        **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
-    }
+    return (
+        _named(found.added, ports)
+        | own
+        | {
+            "law": found.added.law,
+            **({"text": text} if text else {}),
+            **({"compensation": file} if file in files else {}),
+            "parameters": {
+                name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()
+            },
+            "confidence": found.confidence,
+            "shrink": found.shrink,
+            "interval": found.interval,
+            "indistinguishable": [
+                _named(added, ports) | likely
+                for added, likely in zip(found.indistinguishable, others, strict=True)
+            ],
+            **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
+        }
+    )
 
 
 def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:

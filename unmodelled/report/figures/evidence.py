@@ -52,7 +52,7 @@ def _bars(axes: Axes, laws: pd.DataFrame, colours: list[str]) -> None:
     axes.barh(range(len(laws)), np.nan_to_num(nats), color=colours, height=0.62)
     axes.axvline(0.0, color="0.4", linewidth=0.8)
     for place, (value, removed) in enumerate(zip(nats, laws["removed"], strict=True)):
-        text = f"{number(value)} ({100.0 * removed:.0f} %)" if np.isfinite(value) else "not fitted"
+        text = f"{number(value)} ({100.0 * removed:.0f} %)" if np.isfinite(value) else "no fit"
         start = max(0.0, float(np.nan_to_num(value)))
         axes.annotate(
             text, (start, place), (5, 0), textcoords="offset points", va="center", fontsize=8.5, color="0.2"

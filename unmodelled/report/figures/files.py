@@ -47,10 +47,11 @@ UNFITTED: Mapping[str, Draw] = {
 def write_figures(folder: Path) -> dict[str, Exception]:
     """Draw the figures of a diagnosis: SVG files, and figures.json with captions and notes.
 
-    Without effects, the figure of the remaining residual is omitted, because it equals the residual before;
-    without a gap, also that of the residual before, without two fitted numbers that of their correlations,
-    and without laws that were compared by evidence that of their evidence. A figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks
-    to check the logs has two figures.
+    Without effects, the figure of the remaining residual is omitted, because it equals the residual
+    before; without a gap, also that of the residual before, without two fitted numbers that of their
+    correlations, and without laws that were compared by evidence that of their evidence. A figure that
+    cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks to check the logs has
+    two figures.
     """
     chosen = figures_of(folder)
     faults: dict[str, Exception] = {}
