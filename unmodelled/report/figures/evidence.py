@@ -14,7 +14,7 @@ from unmodelled.report.figures.style import GREEN, new_figure, styled
 from unmodelled.report.figures.tables import about, number, table
 
 TABLE = "evidence"
-#: Laws that are shown, those with the most evidence at any length.
+#: Laws that are shown, those that rank highest at any length.
 MOST = 10
 #: Characters of a line of a name.
 WRAP = 38
@@ -31,8 +31,10 @@ def evidence(data: Path) -> Figure:
     that leads at one.
     """
     rows, named = table(data, TABLE), set(about(data)["effects"])
-    best = rows.groupby("label", sort=False)["nats"].max().sort_values(ascending=False, kind="stable")
-    labels = list(best.index[:MOST])
+    # by rank, because nats of different lengths do not compare; of equal ranks, longer windows come first
+    order = rows.assign(rank=rows.groupby("horizon")["nats"].rank(ascending=False))
+    order = order.sort_values(["rank", "horizon"], ascending=[True, False], kind="stable")
+    labels = list(dict.fromkeys(order["label"]))[:MOST]
     lengths = sorted(rows["horizon"].unique())
     figure = new_figure(1.3 + 0.42 * len(labels))
     panels = figure.subplots(1, len(lengths), sharey=True, squeeze=False)[0]
