@@ -59,14 +59,10 @@ def chain_sentence(part: ChainPart) -> str:
 
 
 def small_gap(output: str, share: float, added: Added, kind: str, removed: float) -> str:
-    """Return a note on a gap that is too small to name the law that explains it.
+    """Return a note on a gap that is too small to name the law that would explain it.
 
-    Args:
-        output: name of the output whose gap it is.
-        share: gap of the output, relative to what a prediction without a model errs by.
-        added: most probable law.
-        kind: kind of the law, such as dry friction.
-        removed: share of the squared gap that the law removes.
+    The gap of the output is the `share` of the error of a prediction without a model; the law, of a kind
+    such as dry friction, would remove the share `removed` of the squared gap.
     """
     place = added.place
     where = {"parameter": place.name} if place.kind == "parameter" else {}
