@@ -15,6 +15,8 @@ from tests.diagnosis.test_summary import WHERE
 from unmodelled.base.answers import check_content, read_diagnosis
 from unmodelled.base.files import write_json
 from unmodelled.base.kind_words import kind_sentence
+from unmodelled.design.checked import check_answer
+from unmodelled.design.rivals import place_of
 from unmodelled.diagnosis.answer.chain_sentences import chain_entry, chain_sentence, small_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
@@ -155,7 +157,13 @@ def test_python_tells_the_same(content: dict[str, Any], tmp_path: Path) -> None:
     )
     (named,) = answer.effects
     assert (named.kind, named.probability) == ("dry friction", pytest.approx(0.72))
-    assert "Dry friction at joint, 94" in repr(named)
+    assert repr(named).startswith("Dry friction at joint, 94")
+
+
+def test_the_next_experiment_takes_such_an_answer(found: Diagnosis, content: dict[str, Any]) -> None:
+    assert not check_answer(found.system, found.logs, content)
+    (named,) = content["effects"]
+    assert [place_of(each) for each in (named, *named["indistinguishable"])] == [JOINT] * 3
 
 
 @pytest.mark.parametrize(

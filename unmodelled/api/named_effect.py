@@ -69,8 +69,8 @@ class NamedEffect:
 
     def __repr__(self) -> str:
         about = f"explains {percent(self.shrink)} of the gap, confidence {percent(self.confidence)}"
-        lines = [f"{self.family} at {self.port}: {self.law} ({about})"]
-        lines += filter(None, [self.sentence])
+        lines = [self.sentence] if self.sentence else []
+        lines += [f"{self.family} at {self.port}: {self.law} ({about})"]
         lines += numbers_of({"parameters": self.parameters})
         lines += [f"these logs cannot distinguish it from {other}" for other in self.indistinguishable]
         return "\n    ".join(lines)
