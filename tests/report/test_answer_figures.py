@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from unmodelled.base.tables import write_table
 from unmodelled.report.figures.correlations import correlations
+from unmodelled.report.figures.evidence import MOST, evidence
 from unmodelled.report.figures.files import figures_of
 from unmodelled.report.figures.residual import lacking
 from unmodelled.report.figures.spectrum import spectrum
@@ -56,6 +57,25 @@ def test_numbers_in_cells_are_the_correlations(tmp_path: Path) -> None:
     figure = correlations(folder)
     assert texts(figure) == ["1.00", "−0.87", "−0.87", "1.00"]
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["k", "F_c"]
+
+
+def test_evidence_shows_the_best_laws_at_every_length(tmp_path: Path) -> None:
+    folder = answer(tmp_path)
+    assert "evidence" not in figures_of(folder)
+    laws = [f"law {k} at rail" for k in range(MOST + 3)] + ["drag at rail"]
+    rows = [(law, length, k * length, 0.01 * k) for length in (2.0, 0.5) for k, law in enumerate(laws)]
+    rows[0] = (laws[0], 2.0, np.nan, 0.0)
+    rows = [row for row in rows if row[:2] != (laws[12], 2.0)]
+    write_table(
+        pd.DataFrame(rows, columns=["label", "horizon", "nats", "removed"]), folder / "tables" / "evidence"
+    )
+    assert "evidence" in figures_of(folder)
+    short, long = (figure := evidence(folder)).axes
+    assert [axes.get_title(loc="left") for axes in (short, long)] == ["windows of 0.5 s", "windows of 2 s"]
+    shown = [label.get_text() for label in short.get_yticklabels()]
+    assert shown[:3] == ["drag at rail", "law 11 at rail", "law 12 at rail"]
+    assert len(short.patches) == len(long.patches) == MOST
+    assert "26 (13 %)" in texts(figure) and "no fit" in texts(figure)
 
 
 @pytest.mark.parametrize(("size", "told"), [(1e10, True), (0.3, False)])

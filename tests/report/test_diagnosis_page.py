@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pipeline.report.equations import ELEMENTS
+from tests.diagnosis.chain_answers import by_evidence
 from tests.diagnosis.diagnoses import BENCH, friction
 from tests.report.case import Page
 from tests.report.test_site import check_addresses
@@ -18,7 +19,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.where.where import where
+from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.report.diagnosis_page import write_page
 from unmodelled.report.figures.files import write_figures
 from unmodelled.report.formula import formula
@@ -28,13 +30,20 @@ COMMAND = "python -m pipeline diagnose system=<b>.yaml logs=logs out=out"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All that a diagnosis writes but the page."""
-    out = tmp_path_factory.mktemp("diagnosis")
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[Diagnosis, Where]:
     diagnosis = friction(tmp_path_factory.mktemp("case"), replace(BENCH, runs=4, samples=300))
-    found = where(diagnosis)
-    write_tables(diagnosis, found, out)
-    write_json(out / "diagnosis.json", summary(diagnosis, found))
+    return diagnosis, where(diagnosis)
+
+
+@pytest.fixture(scope="module")
+def folder(found: tuple[Diagnosis, Where], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All that a diagnosis writes but the page."""
+    return written(*found, tmp_path_factory.mktemp("diagnosis"))
+
+
+def written(diagnosis: Diagnosis, place: Where, out: Path) -> Path:
+    write_tables(diagnosis, place, out)
+    write_json(out / "diagnosis.json", summary(diagnosis, place))
     write_figures(out)
     return out
 
@@ -80,6 +89,38 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
         assert part in text
     rows = (tmp_path / "out" / "tables" / "effect_1.csv").read_text().splitlines()
     assert rows[0] == "Number,Value,95 % interval,Unit" and rows[1].startswith("F_c,0.0")
+
+
+def test_the_page_of_an_answer_by_evidence(
+    found: tuple[Diagnosis, Where], folder: Path, tmp_path: Path
+) -> None:
+    """Kind before form, how the logs were made, evidence by length; without them nothing of it is there."""
+    diagnosis, place = found
+    out = written(by_evidence(diagnosis), place, tmp_path / "out")
+    write_page(out, COMMAND)
+    text = (out / "index.html").read_text()
+    page, plain = Page(text), text.replace("\xa0", " ")
+    kind = "Dry friction at joint, 94 %. Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %."
+    for part in (
+        f'<h1 class="sentence">{kind} Other kinds: viscous friction 2 %.</h1>',
+        "N m of Coulomb friction at joint: the error after 0.1 s falls from",
+        f"<title>{kind}",
+        "Experiment run1 does not follow this law: look at what was different there.",
+        "<h3>Dry friction at joint",
+        "<li>torque acts 12 ms late</li>",
+        "Evidence of laws, by length of the windows.",
+    ):
+        assert part in plain
+    assert {"made", "evidence", "chain_parts", "law_evidence"} <= set(page.ids)
+    tables = {name: (out / "tables" / f"{name}.csv").read_text() for name in ("law_evidence", "chain_parts")}
+    laws = tables["law_evidence"].splitlines()
+    assert laws[0] == "Law,Windows (s),Evidence (nats),Removed" and len(laws) == 14
+    assert laws[1].startswith("Coulomb friction at joint,0.1,420.0,") and laws[-1].startswith(
+        "quadratic drag"
+    )
+    assert "sensor_gain,sensor:theta,4.3,0.07,%" in tables["chain_parts"]
+    before = page_of(folder, tmp_path / "before")
+    assert not {"made", "evidence", "chain_parts", "law_evidence"} & set(Page(before).ids)
 
 
 SVG_NAME = "{http://www.w3.org/2000/svg}"

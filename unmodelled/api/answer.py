@@ -153,6 +153,31 @@ class Answer:
         return tuple(self.content["notes"])
 
     @property
+    def chain(self) -> tuple[str, ...]:
+        """Return how the logs were made, a sentence each: delays, lags, gains and zeros, in units of columns.
+
+        It is empty where nothing of the measurement chain pays, or where it was not compared.
+        """
+        return tuple(part["sentence"] for part in self.content.get("chain", ()))
+
+    @property
+    def evidence(self) -> pd.DataFrame:
+        """Return the evidence of every refitted law: law, horizon, nats, removed.
+
+        The horizon is the length of the windows in s, nats are the log evidence over the fit without the law,
+        removed is the share of the squared residual that the law removes, 0 to 1. It is empty where laws were
+        not compared by evidence.
+        """
+        columns = ["horizon", "nats", "removed"]
+        rows = [(effect_name(e), *(e[c] for c in columns)) for e in self.content.get("evidence", ())]
+        return ComparisonTable(rows, columns=["law", *columns])
+
+    @property
+    def strangers(self) -> tuple[str, ...]:
+        """Return the ids of experiments that the named effects do not predict better: look at them."""
+        return tuple(self.content.get("strangers", ()))
+
+    @property
     def gaps(self) -> pd.DataFrame:
         """Return model and gap on the held-out experiments, in standard deviations of the outputs.
 
@@ -225,9 +250,10 @@ class Answer:
         Args:
             figure: name of the figure: gap (default; the gap of every model), lacking (missing effort of the
                 known physics), left_over (that of the augmented model), experiments, before_and_after,
-                spectrum (of the errors), correlations (of the fitted numbers, where there are two) or
-                candidates. With the verdict check_logs, only experiments (then the default) and
-                before_and_after exist; without a gap, there is no missing effort.
+                spectrum (of the errors), correlations (of the fitted numbers, where there are two), evidence
+                (of laws, where they were compared by it) or candidates. With the verdict check_logs, only
+                experiments (then the default) and before_and_after exist; without a gap, there is no missing
+                effort.
 
         Raises:
             BadInput: when the answer has no such figure.

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from unmodelled.base.kind_words import kind_sentence
 from unmodelled.base.notebook import shown
 from unmodelled.base.wording import effect_name
 from unmodelled.diagnosis.answer.sentences import numbers_of
@@ -41,6 +42,10 @@ class NamedEffect:
         confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
         shrink: share of the squared gap above the noise floor that the effect explains, 0 to 1.
         indistinguishable: effects that these data cannot tell from this one, in words.
+        kind: subject of the law, which these data decide first, such as dry friction; empty where laws were
+            not compared by evidence.
+        probability: probability of this law, 0 to 1; None where laws were not compared by evidence.
+        sentence: kind and forms of the law with their probabilities; empty where there is no kind.
     """
 
     family: str
@@ -50,6 +55,9 @@ class NamedEffect:
     confidence: float
     shrink: float
     indistinguishable: tuple[str, ...]
+    kind: str = ""
+    probability: float | None = None
+    sentence: str = ""
 
     def __getattr__(self, name: str) -> Number:
         """Return a number of the law by its name, such as `effect.F_c`."""
@@ -61,7 +69,8 @@ class NamedEffect:
 
     def __repr__(self) -> str:
         about = f"explains {percent(self.shrink)} of the gap, confidence {percent(self.confidence)}"
-        lines = [f"{self.family} at {self.port}: {self.law} ({about})"]
+        lines = [self.sentence] if self.sentence else []
+        lines += [f"{self.family} at {self.port}: {self.law} ({about})"]
         lines += numbers_of({"parameters": self.parameters})
         lines += [f"these logs cannot distinguish it from {other}" for other in self.indistinguishable]
         return "\n    ".join(lines)
@@ -78,7 +87,14 @@ class NamedEffect:
         """
         names = ("family", "port", "law", "parameters", "confidence", "shrink")
         alike = tuple(effect_name(other) for other in content["indistinguishable"])
-        return cls(**{name: content[name] for name in names}, indistinguishable=alike)
+        said = kind_sentence(content) if content.get("kind") else ""
+        return cls(
+            **{name: content[name] for name in names},
+            indistinguishable=alike,
+            kind=content.get("kind", ""),
+            probability=content.get("probability"),
+            sentence=said,
+        )
 
 
 @dataclass(frozen=True, eq=False)

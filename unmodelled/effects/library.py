@@ -12,11 +12,26 @@ from typing import Any
 from unmodelled import effects as package
 from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput
-from unmodelled.effects.effect import Effect, PortEffect
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import (
+    ActuatorEffect,
+    Effect,
+    LawKind,
+    ParameterEffect,
+    PortEffect,
+    SensorEffect,
+)
 from unmodelled.systems.model import System
 
 #: Group of entry points by which other packages add laws; each names an object, not a class.
 GROUP = "unmodelled.laws"
+#: Base classes of laws by kind of place.
+_BASES = {
+    "port": PortEffect,
+    "actuator": ActuatorEffect,
+    "sensor": SensorEffect,
+    "parameter": ParameterEffect,
+}
 
 
 @cache
@@ -29,6 +44,16 @@ def effects() -> tuple[Effect, ...]:
     found = [kind() for kind in ours if _makes_one(kind)]
     found += _of_packages({effect.family for effect in found})
     return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
+
+
+@cache
+def _kinds() -> dict[tuple[str, str], LawKind]:
+    return {(effect.family, effect.variant): effect.kind for effect in effects()}
+
+
+def kind_of(added: Added) -> LawKind:
+    """Return the kind of a law; that of its place for a law that is not in the library."""
+    return _kinds().get((added.family, added.variant), _BASES[added.place.kind].kind)
 
 
 def without_own_laws(system: System) -> tuple[str, ...]:

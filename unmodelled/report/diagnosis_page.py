@@ -10,12 +10,15 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.base.kind_words import kind_name, kind_sentence, strangers_sentence
 from unmodelled.base.sure_numbers import as_said, doubt
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
     GAPS,
+    chain_table,
     changes_table,
     comparison_table,
+    evidence_table,
     experiments_table,
     gap_table,
     identified_table,
@@ -27,7 +30,7 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import headline, outcome, percent, remains
+from unmodelled.report.headline import headline, kinds_of, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, short, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file
@@ -110,6 +113,8 @@ def view(folder: Path) -> dict[str, Any]:
         "identified": identified_table(content, units),
         "comparison": comparison_table(content),
     }
+    by_evidence = {"chain": chain_table, "evidence": evidence_table}
+    others |= {name: build(content) for name, build in by_evidence.items() if content.get(name)}
     robot, gap = content.get("robot"), content["gap"]
     if robot:
         others["robot_changes"] = changes_table(robot)
@@ -119,6 +124,8 @@ def view(folder: Path) -> dict[str, Any]:
         "about": about,
         "headline": headline(content),
         "outcome": outcome(content),
+        "kinds": kinds_of(content),
+        "strangers": strangers_sentence(content["strangers"]) if content.get("strangers") else "",
         "remains": remains(content),
         "drawing": machine_drawing(content, about["machine"]) if "machine" in about else "",
         "faults": list(dict.fromkeys(row["sentence"] for row in content.get("logs", ()))),
@@ -193,6 +200,8 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
     return {
         **effect,
         "name": effect_name(effect),
+        "kind_name": kind_name(effect) if effect.get("kind") else "",
+        "kind_sentence": kind_sentence(effect) if effect.get("kind") else "",
         "equation": _equation(effect["law"], str(effect.get("parameter") or left.get(kind, name))),
         "table": table,
         "unsure": doubt(effect),

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from unmodelled.base.sure_numbers import as_said, remark
-from unmodelled.base.wording import effect_name, effect_names
+from unmodelled.base.wording import effect_name, effect_names, law_name, place_name
 from unmodelled.report.numbers import number, quantity, short
 from unmodelled.report.tables import Cell, Table, error_cell, number_cell, unit_cell
 
@@ -160,6 +160,39 @@ def comparison_table(content: Mapping[str, Any]) -> Table:
     return Table("models", "Models that were fitted", columns, _numeric("0111"), tuple(rows), about)
 
 
+def chain_table(content: Mapping[str, Any]) -> Table:
+    """Return the parts of the measurement chain that pay."""
+    rows = []
+    for part in content.get("chain", ()):
+        entry, law = as_said(part), law_name(part["family"], part.get("variant", ""))
+        each = "size of the deviations of experiments, one standard deviation"
+        named = Cell(law, part["family"], note=each if part["per_experiment"] else "")
+        numbers = (_rounded(entry[key]) for key in ("value", "error"))
+        place = Cell(place_name(part["channel"]), part["channel"])
+        rows.append((named, place, *numbers, unit_cell(entry["unit"])))
+    columns = "Part", "At", "Value", "Standard error", "Unit"
+    about = "Numbers of drives, sensors and logger that were fitted to all experiments beside the physics."
+    return Table("chain_parts", "Measurement chain", columns, _numeric("00110"), tuple(rows), about)
+
+
+def evidence_table(content: Mapping[str, Any]) -> Table:
+    """Return the evidence of every refitted law, the best first."""
+    entries = sorted(content.get("evidence", ()), key=lambda one: (one["horizon"], *_last(one["nats"])))
+    rows = []
+    for one in entries:
+        name, removed = effect_name(one), one["removed"]
+        share = _share(removed) if removed is not None else number_cell(None)
+        cells = (number_cell(one["horizon"]), _rounded(one["nats"]), share)
+        rows.append((Cell(name, name), *cells))
+    about = (
+        "Log evidence over the fit without the law, after the price of its numbers, and the share of the "
+        "squared residual that the law removes, of the output where the share is largest. Nats compare "
+        "within one length of the windows only."
+    )
+    columns = "Law", "Windows (s)", "Evidence (nats)", "Removed"
+    return Table("law_evidence", "Evidence of laws", columns, _numeric("0111"), tuple(rows), about)
+
+
 def changes_table(robot: Mapping[str, Any]) -> Table:
     """Return the numbers that the patched robot file changes."""
     rows = []
@@ -212,6 +245,16 @@ def _numeric(flags: str) -> tuple[bool, ...]:
 
 def _value(text: str, exact: Any) -> Cell:
     return Cell(text, "" if exact is None else str(exact), "figure")
+
+
+def _last(nats: float | None) -> tuple[bool, float]:
+    """Key that sorts by evidence, the most first; laws whose fit failed come last."""
+    return (True, 0.0) if nats is None else (False, -nats)
+
+
+def _rounded(value: float | None) -> Cell:
+    """Cell of a number with three significant digits, and all of them in the file."""
+    return Cell(short(value), "" if value is None else str(value))
 
 
 def _share(value: float) -> Cell:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from unmodelled.base.kind_words import kind_sentence
 from unmodelled.base.sure_numbers import as_said, doubt, main_number
 from unmodelled.base.wording import PLACES, effect_name, place_name
 from unmodelled.report.numbers import amounts, number
@@ -25,10 +26,17 @@ def headline(content: Mapping[str, Any]) -> str:
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])
         more = "; more is missing" if content["verdict"] == "main_effect" else ""
+        if kinds := kinds_of(content):
+            return f"{kinds} Explained: {shrink} of the gap{more}."
         return f"{_capital(together)} {verb} {shrink} of the gap (confidence {sure}){more}."
     first = content["where"]["channels"][:1]
     found = [f"{percent(row['share'])} of it enters at {place_name(row['port'])}" for row in first]
     return "; ".join(["A gap that no known effect explains", *found]) + "."
+
+
+def kinds_of(content: Mapping[str, Any]) -> str:
+    """Return the kinds of the effects, each with its forms; empty where laws have no kinds."""
+    return " ".join(kind_sentence(effect) for effect in content["effects"] if effect.get("kind"))
 
 
 def outcome(content: Mapping[str, Any]) -> str:

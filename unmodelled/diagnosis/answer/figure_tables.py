@@ -52,6 +52,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
       was simulated.
     - candidates: label, named, difference, standard_error (see `Compared`).
     - correlations: row, column, correlation: of the fitted numbers, where there are two.
+    - evidence: label, horizon, nats, removed (see `Evidence`), where laws were compared by evidence.
     - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
@@ -75,6 +76,8 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     if diagnosis.correlations:
         rows = [(*pair, value) for pair, value in diagnosis.correlations.items()]
         tables["correlations"] = pd.DataFrame(rows, columns=["row", "column", "correlation"])
+    if diagnosis.evidence:
+        tables["evidence"] = _evidence(diagnosis)
     for name, table in tables.items():
         write_table(table, folder / FOLDER / name)
     write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, along, worst))
@@ -160,6 +163,12 @@ def _trajectory(diagnosis: Diagnosis, worst: str) -> pd.DataFrame:
 def _candidates(diagnosis: Diagnosis) -> pd.DataFrame:
     rows = [(_label(c.effects), c.named, c.difference, c.standard_error) for c in diagnosis.comparison]
     return pd.DataFrame(rows, columns=["label", "named", "difference", "standard_error"])
+
+
+def _evidence(diagnosis: Diagnosis) -> pd.DataFrame:
+    rows = [(readable(one.added), one.horizon, one.nats, one.removed) for one in diagnosis.evidence]
+    columns = ["label", "horizon", "nats", "removed"]
+    return pd.DataFrame(rows, columns=columns).replace(-np.inf, np.nan)
 
 
 def _label(effects: tuple[Added, ...]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from unmodelled.base.kind_words import kind_sentence, strangers_sentence
 from unmodelled.base.sure_numbers import doubt, remark
 from unmodelled.base.wording import level_name, place_name
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -37,9 +38,10 @@ MOST_IDS, MOST_CHANGES = 4, 6
 
 
 def sentences(content: Entry) -> list[str]:
-    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files, next step."""
+    """Return an answer in lines: verdict, faults, effects, chain, parameters, gap, notes, files, next."""
     notes = [f"note: {note}" for note in content["notes"]]
-    told = [*_verdict(content), *_parameters(content["parameters"]), *_gap(content), *notes]
+    told = [*_verdict(content), *_chain(content), *_parameters(content["parameters"]), *_gap(content)]
+    told += notes
     robot, refused = content.get("robot"), content.get("refused", ())
     told += [] if robot is None else robot_sentences(robot)
     told += [str(Refusal(each["file"], each["reason"], each["keep"])) for each in refused]
@@ -66,7 +68,11 @@ def _verdict(content: Entry) -> Iterator[str]:
     for effect in content["effects"]:
         size = f" ({unsure})" if (unsure := doubt(effect)) else ""
         sure = f"confidence {effect['confidence']:.2f}"
-        yield f"- {_label(effect)}{size}: {effect['law']} ({_explains(effect)}, {sure})"
+        start = "- "
+        if effect.get("kind"):
+            yield f"- {kind_sentence(effect)}"
+            start = "    "
+        yield f"{start}{_label(effect)}{size}: {effect['law']} ({_explains(effect)}, {sure})"
         if text := effect.get("text"):
             yield f"    {text}"
         yield from (f"    {line}" for line in numbers_of(effect))
@@ -75,6 +81,8 @@ def _verdict(content: Entry) -> Iterator[str]:
         if effect["indistinguishable"]:
             others = ", ".join(map(_label, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
+    if content.get("strangers"):
+        yield strangers_sentence(content["strangers"])
     if content.get("chance") is not None and content["verdict"] != "no_gap":
         said = "probability that the best of all laws lowers the error as much if nothing is missing"
         yield f"chance: {content['chance']:.2g}, the {said}"
@@ -144,6 +152,13 @@ def numbers_of(effect: Entry) -> Iterator[str]:
         words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
         told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
         yield f"{told} ({_interval(number['interval'])}){words}"
+
+
+def _chain(content: Entry) -> Iterator[str]:
+    """How the logs were made, where that pays."""
+    if parts := content.get("chain"):
+        yield "how these logs were made:"
+        yield from (f"- {part['sentence']}" for part in parts)
 
 
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:

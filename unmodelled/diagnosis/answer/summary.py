@@ -10,13 +10,22 @@ import numpy as np
 
 from unmodelled.base.answers import SCHEMA
 from unmodelled.base.wording import amounts, part_of
+from unmodelled.diagnosis.answer.chain_sentences import chain_entry
 from unmodelled.diagnosis.answer.compensation import compensations, file_of, is_compensated
 from unmodelled.diagnosis.data.gap import Off
-from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
+from unmodelled.diagnosis.data.result import (
+    Compared,
+    DiagnosedEffect,
+    Diagnosis,
+    Estimate,
+    Evidence,
+    LogFault,
+)
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
+from unmodelled.effects.library import kind_of
 from unmodelled.effects.place import Place
 from unmodelled.effects.telling import Said, said, told_wave
 
@@ -43,6 +52,10 @@ def summary(
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
     `interval` are their mean and 95 % range; `chance`, see `Diagnosis`; `refused`, the files that are not
     offered, with the file to `keep`; `robot` of a system with a robot file (`RobotFile.content`).
+    Where laws were compared by evidence: `kind` and `probability` of an effect and of those in
+    `indistinguishable` (the probabilities add up to the confidence of the effect), with `law_kind` of an
+    effect whose law is of another kind than most of the probability; `evidence`, of laws by length of the
+    windows; `chain`, how the logs were made; `strangers`, ids of experiments that follow no named effect.
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
@@ -70,6 +83,7 @@ def summary(
         "notes": list(diagnosis.notes),
         "refused": [refusal.content for refusal in refused],
         **({} if robot is None else {"robot": robot.content}),
+        **_by_evidence(diagnosis, ports),
     }
     return {name: _plain(value) for name, value in content.items()}
 
@@ -77,6 +91,7 @@ def summary(
 def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     """Where effects act: that of a parameter at the port, input or sensor that the parameter belongs to."""
     added = [e for found in diagnosis.effects for e in (found.added, *found.indistinguishable)]
+    added += [one.added for one in diagnosis.evidence]
     places = {e.place for e in (*added, *(e for c in diagnosis.comparison for e in c.effects))}
     return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
@@ -87,17 +102,56 @@ def _effect(found: DiagnosedEffect, ports: Ports, files: Collection[str] = ()) -
     }
     numbers |= {name: _own(found.added.units[name], values) for name, values in found.own.items()}
     text, file = _phrase(found), file_of(found.added) if is_compensated(found) else ""
-    return _named(found.added, ports) | {
-        "law": found.added.law,
-        **({"text": text} if text else {}),
-        **({"compensation": file} if file in files else {}),
-        "parameters": {name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()},
-        "confidence": found.confidence,
-        "shrink": found.shrink,
-        "interval": found.interval,
-        "indistinguishable": [_named(added, ports) for added in found.indistinguishable],
-        **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
+    own, *others = _likely(found)
+    return (
+        _named(found.added, ports)
+        | own
+        | {
+            "law": found.added.law,
+            **({"text": text} if text else {}),
+            **({"compensation": file} if file in files else {}),
+            "parameters": {
+                name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()
+            },
+            "confidence": found.confidence,
+            "shrink": found.shrink,
+            "interval": found.interval,
+            "indistinguishable": [
+                _named(added, ports) | likely
+                for added, likely in zip(found.indistinguishable, others, strict=True)
+            ],
+            **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
+        }
+    )
+
+
+def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:
+    """Kind and probability of a law and of those that the logs cannot tell from it, where they are known."""
+    laws = found.added, *found.indistinguishable
+    likely: list[dict[str, Any]] = [{} for _ in laws]
+    if found.kind:
+        likely = [{"kind": kind_of(added)} for added in laws]
+        other = {} if likely[0]["kind"] == found.kind else {"law_kind": likely[0]["kind"]}
+        likely[0] = {"kind": found.kind} | other
+    if whole := sum(found.probabilities):
+        shares = [found.confidence * each / whole for each in found.probabilities]
+        likely = [one | {"probability": share} for one, share in zip(likely, shares, strict=True)]
+    return likely
+
+
+def _by_evidence(diagnosis: Diagnosis, ports: Ports) -> dict[str, Any]:
+    """What an answer has besides where laws were compared by evidence."""
+    found: dict[str, Any] = {
+        "chain": [chain_entry(part) for part in diagnosis.chain],
+        "evidence": [_evidence(one, ports) for one in diagnosis.evidence],
+        "strangers": list(diagnosis.strangers),
     }
+    return {name: entries for name, entries in found.items() if entries}
+
+
+def _evidence(one: Evidence, ports: Ports) -> dict[str, Any]:
+    numbers = {name: getattr(one, name) for name in ("horizon", "nats", "removed")}
+    return _named(one.added, ports) | numbers
 
 
 def _shown(added: Added, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from unmodelled.base.files import replacing, write_json
 from unmodelled.report.figures import (
     candidates,
     correlations,
+    evidence,
     experiments,
     residual,
     spectrum,
@@ -32,6 +33,7 @@ FIGURES: Mapping[str, Draw] = {
     "before_and_after": trajectories.before_and_after,
     "spectrum": spectrum.spectrum,
     "correlations": correlations.correlations,
+    "evidence": evidence.evidence,
     "candidates": candidates.candidates,
 }
 
@@ -45,10 +47,11 @@ UNFITTED: Mapping[str, Draw] = {
 def write_figures(folder: Path) -> dict[str, Exception]:
     """Draw the figures of a diagnosis: SVG files, and figures.json with captions and notes.
 
-    Without effects, the figure of the remaining residual is omitted, because it equals the residual before;
-    without a gap, also that of the residual before, and without two fitted numbers that of their
-    correlations. A figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks
-    to check the logs has two figures.
+    Without effects, the figure of the remaining residual is omitted, because it equals the residual
+    before; without a gap, also that of the residual before, without two fitted numbers that of their
+    correlations, and without laws that were compared by evidence that of their evidence. A figure that
+    cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks to check the logs has
+    two figures.
     """
     chosen = figures_of(folder)
     faults: dict[str, Exception] = {}
@@ -71,8 +74,8 @@ def figures_of(folder: Path) -> Mapping[str, Draw]:
     absent = [] if about["effects"] else ["left_over"]
     if about["verdict"] == "no_gap":
         absent.append("lacking")
-    if not tables.exists(folder, correlations.TABLE):
-        absent.append("correlations")
+    shown_if = {"correlations": correlations.TABLE, "evidence": evidence.TABLE}
+    absent += [name for name, table in shown_if.items() if not tables.exists(folder, table)]
     return {name: draw for name, draw in figures.items() if name not in absent}
 
 
