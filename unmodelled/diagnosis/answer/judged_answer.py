@@ -61,7 +61,7 @@ class Answered:
     study: Study
     found: Judgement
     models: Models
-    between: tuple[str, ...]  # ports that were added between others
+    between: tuple[str, ...]  # ports that were added between others, at which laws act
 
     @cached_property
     def numbers(self) -> Numbers:
@@ -152,8 +152,8 @@ def _notes(answered: Answered) -> Iterator[str]:
         yield f"inputs keep their values between samples (hold: true): {', '.join(held)}"
     if answered.between:
         yield (
-            f"effects between ports were tried too, at {listed(answered.between)}, whose coordinates are "
-            "those of the first port less those of the second one"
+            f"the system file has no port {listed(answered.between)}: its effort acts between two "
+            "ports, its coordinates are those of the first port less those of the second one"
         )
     models = answered.models.known, answered.models.augmented.model
     for model in models:
