@@ -83,8 +83,8 @@ def diagnose(
         True
     """
     limits = Options.of(options)
-    given = horizon, seed, workers, given_laws(laws), limits, by
-    return Answer.of(findings(*read_inputs(system, logs), *given))
+    own = given_laws(laws)
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits, by))
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:
