@@ -6,14 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
-from unmodelled.diagnosis.answer.judged_fits import last_fits, paying_chain, physics_fit
+from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.result import Diagnosis, LogFault
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.fitting.judged_models import known_model
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.search.input_hold import begun
+from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.opposite import comparable_ports, with_named_ports, with_ports_between
 from unmodelled.effects.effect import Effect
 from unmodelled.logs.logs import Logs
@@ -51,7 +53,13 @@ def diagnose_by_evidence(
     #    experiments that were left out of the fit, each once.
     progress("fit the models without the parts of the chain that do not pay")
     study = replace(search.study, system=_with_used_ports(system, found))
-    models = _models(found, study.system, replace(given, held_out=tuple(range(len(logs)))))
+    every = replace(given, held_out=tuple(range(len(logs))))
+    models = _models(found, study.system, every)
+
+    # 5. A network in every port of the known physics is the reference where something is left.
+    if found.verdict in ("main_effect", "unknown"):
+        progress("fit a network in every port")
+        models = replace(models, neural=_network(fit_network(search.base, search.few, seed), every))
     between = tuple(name for name in study.system.port_names if name not in system.port_names)
     return assembled(Answered(study, found, models, between), tuple(faults))
 
@@ -82,4 +90,11 @@ def _models(found: Judgement, system: System, every: Study) -> Models:
     if chain and not laws:
         chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
-    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained)
+    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained, augmented.model)
+
+
+def _network(fitted: FittedHypothesis, every: Study) -> JudgedModel:
+    """Judge a network, experiments left out as for the others."""
+    study = replace(every, system=fitted.hypothesis.study.system)
+    leaves = replace(fitted, hypothesis=replace(fitted.hypothesis, study=study))
+    return LastFit(fitted, 1.0).left_out_of(judged_model("neural", leaves))

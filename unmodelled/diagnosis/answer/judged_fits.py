@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.gap import LARGEST_ERROR, Gap
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -71,12 +71,14 @@ class LastFit:
         study = replace(every, system=self.leaving.study.system)
         fit = replace(self.fitted.fit, values=self.values, own={})
         leaves = FittedHypothesis(replace(self.leaving, study=study), self.fitted.recording, fit)
-        model = judged_model(label, leaves)
-        return replace(model, gap=self._left_out(model.gap))
+        return self.left_out_of(judged_model(label, leaves))
 
-    def _left_out(self, gap: Gap) -> Gap:
-        """The gap, larger by how much worse an experiment is predicted that took no part in the fit."""
-        logs, left = self.fitted.recording.logs, self.left_out
+    def left_out_of(self, model: JudgedModel) -> JudgedModel:
+        """Return a model of this fit with its gap of experiments left out.
+
+        The gap is larger by how much worse an experiment is predicted that took no part in the fit.
+        """
+        logs, left, gap = self.fitted.recording.logs, self.left_out, model.gap
         worse = np.sqrt(np.maximum(left.square / np.maximum(left.fitted, 1e-300), 1.0))
         factor = dict(zip((logs.ids[i] for i in self.around.runs), worse.tolist(), strict=True))
         each = {i: min(own * factor[i], LARGEST_ERROR) for i, own in gap.per_experiment.items()}
@@ -86,7 +88,8 @@ class LastFit:
         )
         larger = float(np.sqrt(after / before)) if before > 0.0 else 1.0
         outputs = {name: larger * own for name, own in gap.per_output.items()}
-        return replace(gap, value=larger * gap.value, per_experiment=each, per_output=outputs)
+        value = larger * gap.value
+        return replace(model, gap=replace(gap, value=value, per_experiment=each, per_output=outputs))
 
 
 def last_fits(
