@@ -9,7 +9,7 @@ from unmodelled.api.answer import Answer
 from unmodelled.base.answers import read_diagnosis
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
-from unmodelled.diagnosis.data.options import By, Options
+from unmodelled.diagnosis.data.options import Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.law_files import LawsGiven, given_laws
@@ -27,7 +27,7 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
-    by: By = "search",
+    by: str = "search",
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 

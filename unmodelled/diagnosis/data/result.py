@@ -79,7 +79,7 @@ class Compared:
 
 @dataclass(frozen=True, eq=False)
 class ChainPart:
-    """What drive, sensor or logger add to every log: a number of the measurement chain."""
+    """A number of the measurement chain, which drive, sensor and logger add to every log."""
 
     added: Added  # such as a delay of an output; `added.place` says where
     value: float  # SI; the size of the deviations of experiments where it differs between them
