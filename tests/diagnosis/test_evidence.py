@@ -12,6 +12,7 @@ import pytest
 from tests.commands import exit_code
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import HORIZON, study
+from tests.diagnosis.test_opposite import damping_between, friction_of_the_load, lacking
 from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.simulation import simulate
 from unmodelled.base.errors import BadInput
@@ -62,14 +63,15 @@ def content(folder: Path) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.long
 def test_the_verb_names_friction_with_its_number_in_all_files(answered: Path) -> None:
     found = content(answered)
     assert found["verdict"] == "effect" and found["confidence"] > 0.5
     (effect,) = found["effects"]
     # the law of the user is the same friction
     listed = [e["family"] for e in (effect, *effect["indistinguishable"])]
-    assert {"rub", "coulomb_friction"} <= {*listed} and effect["port"] == "joint"
-    number = effect["parameters"]["F" if effect["family"] == "rub" else "F_c"]
+    assert {"coulomb_friction", "rub"} <= set(listed) and effect["port"] == "joint"
+    (number,) = effect["parameters"].values()
     low, high = number["interval"]
     assert low < 0.06 < high and high - low < 0.02 and number["determined"]
     assert found["gap"]["held_out"] == [f"run{k}" for k in range(RUBBING.runs)]
@@ -78,16 +80,18 @@ def test_the_verb_names_friction_with_its_number_in_all_files(answered: Path) ->
         assert (answered / file).exists()
 
 
+@pytest.mark.long
 def test_the_written_file_has_the_numbers_and_nearly_the_gap_of_the_answer(answered: Path) -> None:
     found, system = content(answered), read_system(answered / "augmented_system.yaml")
     values = dict(zip((p.name for p in system.parameters), system.values, strict=True))
-    (effect,) = found["effects"]
-    assert values["F"] == pytest.approx(effect["parameters"]["F"]["value"], rel=1e-6)
+    ((name, number),) = found["effects"][0]["parameters"].items()
+    assert values[name] == pytest.approx(number["value"], rel=1e-6)
     gap = simulate(answered / "augmented_system.yaml", answered.parent / "logs", HORIZON).value
     # experiments left out are predicted a little worse than those that a file was fitted to
     assert 0.8 * found["gap"]["augmented"] <= gap <= found["gap"]["augmented"] * (1.0 + 1e-6)
 
 
+@pytest.mark.long
 def test_both_ways_write_the_same_entries(answered: Path) -> None:
     system, logs = answered.parent / "system.yaml", answered.parent / "logs"
     other, found = diagnose(system, logs, HORIZON, workers=1).content, content(answered)
@@ -100,6 +104,7 @@ def test_both_ways_write_the_same_entries(answered: Path) -> None:
         assert set(one) - {"text"} == set(two) - {"text"}
 
 
+@pytest.mark.long
 def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
     found = by_evidence(folder / "null", replace(RUBBING, friction=0.0))
     assert found.verdict == "no_gap" and not found.effects and found.remainder is None
@@ -109,19 +114,22 @@ def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
     assert found.parameters["mgl"].interval[0] < 1.2 < found.parameters["mgl"].interval[1]
 
 
-def test_a_late_sensor_leaves_with_the_system_and_other_parts_of_the_chain_do_not(folder: Path) -> None:
+@pytest.mark.long
+def test_a_delay_leaves_with_the_system_and_what_does_not_pay_stays(folder: Path) -> None:
+    """Delays of the sensor and of the input are one number of this machine."""
     found = by_evidence(folder / "late", replace(RUBBING, delay=LATE))
-    delays = [part for part in found.chain if part.unit == "s" and not part.per_experiment]
-    assert {part.added.family for part in delays} == {"sensor_delay"}
-    (late,) = delays
-    assert late.value == pytest.approx(0.002 * LATE, abs=max(4.0 * late.error, 2e-4))
+    shared = [part for part in found.chain if not part.per_experiment]
+    assert {part.added.family for part in shared} <= {"sensor_delay", "input_delay"}
+    assert sum(part.value for part in shared) == pytest.approx(0.002 * LATE, abs=1e-4)
     (output,) = found.augmented.system.outputs
-    assert output.delay == pytest.approx(late.value)
-    assert not [part for part in found.chain if part.added.family == "sensor_gain"]
+    (late,) = [part for part in shared if part.added.family == "sensor_delay"]
+    assert output.delay == pytest.approx(late.value) and 0.0 < late.error < 0.001
     assert {e.added.family for e in found.effects} == {"coulomb_friction"}
+    lengths = sorted({row.horizon for row in found.evidence})
+    assert lengths == pytest.approx([HORIZON, 4.0 * HORIZON])
 
 
-def test_gaps_of_experiments_left_out_are_no_smaller(folder: Path) -> None:
+def test_every_experiment_has_a_step_and_not_all_parts_of_the_chain_pay(folder: Path) -> None:
     found = study(folder / "left_out", RUBBING)
     fitted = FittedHypothesis.of(Hypothesis.known(found), found.recording)
     base = next(bases(found, fitted))
@@ -133,4 +141,17 @@ def test_gaps_of_experiments_left_out_are_no_smaller(folder: Path) -> None:
 
 def test_another_way_is_refused(folder: Path) -> None:
     with pytest.raises(BadInput, match="by: must be search or evidence, got 'luck'"):
-        diagnose(*RUBBING.recorded(folder / "refused"), by="luck")  # type: ignore[arg-type]
+        diagnose(*RUBBING.recorded(folder / "refused"), by="luck")
+
+
+@pytest.mark.long
+def test_a_port_between_two_masses_is_there_only_where_a_law_acts(tmp_path: Path) -> None:
+    for effort, port, ports in (
+        (damping_between, "motor_load", ("motor", "load", "motor_load")),
+        (friction_of_the_load, "load", ("motor", "load")),
+    ):
+        found = lacking(tmp_path / port, effort).model
+        answer = diagnose(found.system, found.logs, HORIZON, workers=1, by="evidence")
+        assert answer.effects[0].port == port
+        assert answer.system.port_names == ports
+        assert any("the system file has no port" in note for note in answer.notes) is (len(ports) == 3)

@@ -9,7 +9,7 @@ from unmodelled.api.answer import Answer
 from unmodelled.base.answers import read_diagnosis
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
-from unmodelled.diagnosis.data.options import By, Options
+from unmodelled.diagnosis.data.options import Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.law_files import LawsGiven, given_laws
@@ -27,7 +27,7 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
-    by: By = "search",
+    by: str = "search",
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -83,8 +83,8 @@ def diagnose(
         True
     """
     limits = Options.of(options)
-    given = horizon, seed, workers, given_laws(laws), limits, by
-    return Answer.of(findings(*read_inputs(system, logs), *given))
+    own = given_laws(laws)
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits, by))
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.data.options import By
 
 
 @verb()
@@ -19,7 +18,7 @@ def diagnose(
     seed: int = 0,
     laws: Path | None = None,
     options: Mapping[str, float] | None = None,
-    by: By = "search",
+    by: str = "search",
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 

@@ -25,7 +25,7 @@ from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, By, Options, check_by
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options, check_by
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
@@ -55,7 +55,7 @@ def findings(
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
-    by: By = "search",
+    by: str = "search",
 ) -> Findings:
     """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.

@@ -6,15 +6,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
-from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain
+from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.result import Diagnosis, LogFault
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.fitting.judged_models import known_model
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.search.input_hold import begun
-from unmodelled.diagnosis.where.opposite import comparable_ports, with_ports_between
+from unmodelled.diagnosis.search.network import fit_network
+from unmodelled.diagnosis.where.opposite import comparable_ports, with_named_ports, with_ports_between
 from unmodelled.effects.effect import Effect
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -43,34 +45,56 @@ def diagnose_by_evidence(
 
     # 3. The known physics, with a port between ports of one kind: laws between two bodies are compared like
     #    all others. What any law explains beside the measurement chain is told by its evidence.
-    larger, between = _with_ports_between(system)
-    search = begun(replace(given, system=larger), workers, progress)
+    larger = replace(given, system=_with_ports_between(system))
+    search = begun(larger, workers, progress)
     found = judge(search.study, search.base, progress)
 
     # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
     #    experiments that were left out of the fit, each once.
     progress("fit the models without the parts of the chain that do not pay")
-    models = _models(found, replace(given, held_out=tuple(range(len(logs)))))
-    return assembled(Answered(search.study, found, models, between), tuple(faults))
+    study = replace(search.study, system=_with_used_ports(system, found))
+    every = replace(given, held_out=tuple(range(len(logs))))
+    models = _models(found, study.system, every)
+
+    # 5. A network in every port of the known physics is the reference where something is left.
+    if found.verdict in ("main_effect", "unknown"):
+        progress("fit a network in every port")
+        models = replace(models, neural=_network(fit_network(search.base, search.few, seed), every))
+    between = tuple(name for name in study.system.port_names if name not in system.port_names)
+    return assembled(Answered(study, found, models, between), tuple(faults))
 
 
-def _with_ports_between(system: System) -> tuple[System, tuple[str, ...]]:
-    """The system with a port between all ports of one kind where these are few, and the new names."""
+def _with_ports_between(system: System) -> System:
+    """The system with a port between all ports of one kind where these are few."""
     pairs = comparable_ports(system)
-    return with_ports_between(system, pairs) if len(pairs) <= MOST_BETWEEN else (system, ())
+    return with_ports_between(system, pairs)[0] if len(pairs) <= MOST_BETWEEN else system
 
 
-def _models(found: Judgement, every: Study) -> Models:
+def _with_used_ports(system: System, found: Judgement) -> System:
+    """The system with the inputs of the judged one, and those ports between others at which laws act."""
+    inputs = found.final.fitted.hypothesis.study.system.inputs
+    names = [law.speaker.added.place.name for law in found.laws if law.speaker.added.place.kind == "port"]
+    return with_named_ports(replace(system, inputs=inputs), names)
+
+
+def _models(found: Judgement, system: System, every: Study) -> Models:
     """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
-    last, base = found.final, found.final.base
+    last = found.final
     chain, laws = paying_chain(last), [e for e in last.fitted.hypothesis.effects if not e.priors]
-    physics = Leaving.of("re-identified", [LastFit(base.physics, base.tau)], every)
+    physics = Leaving.of("re-identified", [physics_fit(last, system)], every)
     steps = [physics]
     for k, law in enumerate(laws):
-        fits = last_fits(last, [e.key for e in laws[: k + 1]], chain)
+        fits = last_fits(last, system, [e.key for e in laws[: k + 1]], chain)
         steps.append(Leaving.of(f"with {law.family} at {law.place.channel}", fits, every))
     augmented = chained = steps[-1]
     if chain and not laws:
-        chained = Leaving.of("with the measurement chain", last_fits(last, (), chain), every)
+        chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
-    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained)
+    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained, augmented.model)
+
+
+def _network(fitted: FittedHypothesis, every: Study) -> JudgedModel:
+    """Judge a network, experiments left out as for the others."""
+    study = replace(every, system=fitted.hypothesis.study.system)
+    leaves = replace(fitted, hypothesis=replace(fitted.hypothesis, study=study))
+    return LastFit(fitted, 1.0).left_out_of(judged_model("neural", leaves))

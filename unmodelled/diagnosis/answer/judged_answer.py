@@ -52,6 +52,7 @@ class Models:
     steps: tuple[JudgedModel, ...]  # re-identified, then with one law more each
     augmented: Leaving
     chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
+    neural: JudgedModel  # with a network in every port; `augmented` where nothing is left
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ class Answered:
     study: Study
     found: Judgement
     models: Models
-    between: tuple[str, ...]  # ports that were added between others
+    between: tuple[str, ...]  # ports that were added between others, at which laws act
 
     @cached_property
     def numbers(self) -> Numbers:
@@ -92,7 +93,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         known=models.known,
         reidentified=before,
         augmented=after,
-        neural=after,
+        neural=models.neural,
         steps=models.steps,
         floor=floor,
         shrink=shrink(before.gap.value, after.gap.value, floor),
@@ -138,11 +139,18 @@ def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
 
 
 def _remainder(answered: Answered) -> Remainder | None:
-    """What the models leave where that is more than the sensors' noise; no network was asked."""
+    """What the models leave where that is more than the sensors' noise, and what a network predicts of it.
+
+    A network predicts a part beyond chance if the bootstrap over experiments says so.
+    """
+    models, seed = answered.models, answered.study.seed
     if answered.found.verdict not in ("main_effect", "unknown"):
         return None
-    before, after = answered.models.steps[0].gap.value, answered.models.augmented.model.gap.value
-    return Remainder(min(1.0, (after / before) ** 2) if before > 0.0 else 0.0, 0.0, None)
+    steps = models.steps[0], models.augmented.model, models.neural
+    before, after, flexible = (model.gap.value**2 for model in steps)
+    beyond_chance = share_interval(steps, 1, 2, seed)[0] > 0.0
+    left, predicted = (value / before if before > 0.0 else 0.0 for value in (after, after - flexible))
+    return Remainder(min(1.0, left), min(1.0, predicted) if beyond_chance and predicted > 0.0 else 0.0, None)
 
 
 def _notes(answered: Answered) -> Iterator[str]:
@@ -152,8 +160,8 @@ def _notes(answered: Answered) -> Iterator[str]:
         yield f"inputs keep their values between samples (hold: true): {', '.join(held)}"
     if answered.between:
         yield (
-            f"effects between ports were tried too, at {listed(answered.between)}, whose coordinates are "
-            "those of the first port less those of the second one"
+            f"the system file has no port {listed(answered.between)}: its effort acts between two "
+            "ports, its coordinates are those of the first port less those of the second one"
         )
     models = answered.models.known, answered.models.augmented.model
     for model in models:

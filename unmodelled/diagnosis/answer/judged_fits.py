@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.data.gap import LARGEST_ERROR, Gap
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -19,6 +19,7 @@ from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
 from unmodelled.diagnosis.judge.refit import Parent
 from unmodelled.effects.added import Added
+from unmodelled.systems.model import System
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +42,8 @@ class LastFit:
     @cached_property
     def _leaving(self) -> tuple[Hypothesis, Mapping[str, str]]:
         """The hypothesis without deviations of experiments, and names of its numbers in the fit."""
-        effects = self.fitted.hypothesis.effects
-        return among(self.fitted.hypothesis, [e.key for e in effects if not e.per_experiment])
+        whole = self.fitted.hypothesis
+        return among(whole, [e.key for e in whole.effects if not e.per_experiment], whole.study.system)
 
     @property
     def leaving(self) -> Hypothesis:
@@ -70,12 +71,14 @@ class LastFit:
         study = replace(every, system=self.leaving.study.system)
         fit = replace(self.fitted.fit, values=self.values, own={})
         leaves = FittedHypothesis(replace(self.leaving, study=study), self.fitted.recording, fit)
-        model = judged_model(label, leaves)
-        return replace(model, gap=self._left_out(model.gap))
+        return self.left_out_of(judged_model(label, leaves))
 
-    def _left_out(self, gap: Gap) -> Gap:
-        """The gap, larger by how much worse an experiment is predicted that took no part in the fit."""
-        logs, worse = self.fitted.recording.logs, self.left_out.worse
+    def left_out_of(self, model: JudgedModel) -> JudgedModel:
+        """Return a model of this fit with its gap of experiments left out.
+
+        The gap is larger by how much worse an experiment is predicted that took no part in the fit.
+        """
+        logs, worse, gap = self.fitted.recording.logs, self.left_out.worse, model.gap
         factor = dict(zip((logs.ids[i] for i in self.around.runs), worse.tolist(), strict=True))
         each = {i: min(own * factor[i], LARGEST_ERROR) for i, own in gap.per_experiment.items()}
         samples = dict(zip(logs.ids, np.diff(logs.offsets).tolist(), strict=True))
@@ -84,17 +87,20 @@ class LastFit:
         )
         larger = float(np.sqrt(after / before)) if before > 0.0 else 1.0
         outputs = {name: larger * own for name, own in gap.per_output.items()}
-        return replace(gap, value=larger * gap.value, per_experiment=each, per_output=outputs)
+        value = larger * gap.value
+        return replace(model, gap=replace(gap, value=value, per_experiment=each, per_output=outputs))
 
 
-def last_fits(last: Parent, laws: Collection[Key], chain: Collection[Key]) -> Iterator[LastFit]:
-    """Yield fits with some of the laws and parts of the chain of a larger fit, over its windows.
+def last_fits(
+    last: Parent, system: System, laws: Collection[Key], chain: Collection[Key]
+) -> Iterator[LastFit]:
+    """Yield fits of a system with some of the laws and parts of the chain of a larger fit, over its windows.
 
     Deviations of experiments are open in one of them and left out in the other. Where they are open, a supply
     that varies bends no number; where the file is a little wrong in all experiments, they absorb it.
     """
     own = {e.key for e in chain_of(last.fitted.hypothesis) if e.per_experiment}
-    yield from (_fit(last, {*laws, *chain, *more}) for more in ([own, ()] if own else [()]))
+    yield from (_fit(last, system, {*laws, *chain, *more}) for more in ([own, ()] if own else [()]))
 
 
 def paying_chain(last: Parent) -> list[Key]:
@@ -107,30 +113,39 @@ def paying_chain(last: Parent) -> list[Key]:
     own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
     chain = paying_parts(Linearised.of(last.fitted, last.base.tau))
     while chain:
-        fewer = paying_parts(_fit(last, {*own, *chain}).around)
+        fewer = paying_parts(_fit(last, whole.study.system, {*own, *chain}).around)
         if set(fewer) == set(chain):
             break
         chain = fewer
     return chain
 
 
-def _fit(last: Parent, kept: Collection[Key]) -> LastFit:
-    """A fit with some of the effects of a larger fit, from its numbers.
+def physics_fit(last: Parent, system: System) -> LastFit:
+    """Return the fit of the known physics over the same windows."""
+    physics = last.base.physics
+    known = Hypothesis.known(replace(physics.hypothesis.study, system=system))
+    return LastFit(replace(physics, hypothesis=known), last.base.tau)
+
+
+def _fit(last: Parent, system: System, kept: Collection[Key]) -> LastFit:
+    """A fit of a system with some of the effects of a larger fit, from its numbers.
 
     Priors are tightened by the correlation time of what the larger fit leaves.
     """
     tau, values = float(last.residual.tau.max()), last.fitted.fit.every
-    hypothesis, names = among(last.fitted.hypothesis, kept, float(np.sqrt(last.base.tau / tau)))
+    hypothesis, names = among(last.fitted.hypothesis, kept, system, float(np.sqrt(last.base.tau / tau)))
     start = {name: values[before] for name, before in names.items() if before in values}
     return LastFit(last.base.fit(hypothesis, [start]), tau)
 
 
-def among(whole: Hypothesis, kept: Collection[Key], wider: float = 1.0) -> tuple[Hypothesis, dict[str, str]]:
-    """Return a hypothesis with some of its effects, and the names of its numbers in the whole one.
+def among(
+    whole: Hypothesis, kept: Collection[Key], system: System, wider: float = 1.0
+) -> tuple[Hypothesis, dict[str, str]]:
+    """Return a hypothesis with some of the effects of another one, and the names of its numbers in that one.
 
     Beside fewer effects, numbers may have other names. Priors are `wider` by a factor.
     """
-    found = Hypothesis.known(whole.study)
+    found = Hypothesis.known(replace(whole.study, system=system))
     names = {u.name: u.name for u in found.unknowns}
     for added, law in zip(whole.effects, whole.laws, strict=True):
         if added.key in kept:

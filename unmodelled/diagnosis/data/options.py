@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, Literal, get_args
+from typing import Any
 
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 
 #: How a diagnosis finds laws: by a search for the set that predicts best, or by the evidence of each law
 #: beside the measurement chain, over long windows.
-By = Literal["search", "evidence"]
+WAYS = "search", "evidence"
 
 
 def check_by(by: str) -> None:
     """Refuse a way of diagnosis that there is not."""
-    if by not in get_args(By):
-        raise BadInput(f"by: must be {' or '.join(get_args(By))}, got {str(by)[:60]!r}")
+    if by not in WAYS:
+        raise BadInput(f"by: must be {' or '.join(WAYS)}, got {str(by)[:60]!r}")
 
 
 @dataclass(frozen=True)
