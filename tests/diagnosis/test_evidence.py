@@ -95,13 +95,14 @@ def test_the_written_file_has_the_numbers_and_nearly_the_gap_of_the_answer(answe
 def test_both_ways_write_the_same_entries(answered: Path) -> None:
     system, logs = answered.parent / "system.yaml", answered.parent / "logs"
     other, found = diagnose(system, logs, HORIZON, workers=1).content, content(answered)
-    own = {"laws", "sources", "options"}
+    own = {"laws", "sources", "options", "chain", "evidence", "strangers"}
     assert set(other) - own == set(found) - own
     for part in ("gap", "where"):
         assert set(other[part]) == set(found[part])
     for part in ("effects", "comparison"):
         one, two = (each[part][0] for each in (other, found))
-        assert set(one) - {"text"} == set(two) - {"text"}
+        told = {"text", "kind", "law_kind", "probability"}
+        assert set(one) - told == set(two) - told
 
 
 @pytest.mark.long

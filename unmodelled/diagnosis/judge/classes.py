@@ -74,4 +74,4 @@ def _is_alike(one: Refit, best: Refit) -> bool:
     if count < 2:
         return False
     reach = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL)) * float(more.std(ddof=1)) / np.sqrt(count)
-    return float(more.mean()) <= reach
+    return bool(more.mean() <= reach)
