@@ -21,4 +21,6 @@ class SensorOffset(SensorEffect):
         return {name: USUAL_SIZES * added.scales[name] for name in added.amplitudes}
 
     def law(self, at: Site) -> Law:
-        return Law("y + y_0", {"y_0": signed("1", 0.1 * at["y"].rms)})
+        zero = at.zero("y")  # a thermometer is a few degrees off, not a tenth of the absolute temperature
+        size = at["y"].high - zero if zero else at["y"].rms
+        return Law("y + y_0", {"y_0": signed("1", 0.1 * size)})

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.judge.left_out import probabilities
@@ -17,8 +16,9 @@ BAR, SHARE = 15.0, 0.10
 #: Laws within so many nats of the best are one class with it: odds of e^10 would be believed of a true model,
 #: and none is quite true.
 NEAR_NATS = 10.0
-#: Level of the test whether experiments that were left out are predicted better by one law than by another.
-LEVEL = 0.95
+#: Laws that leave at most so many times the squared residual of the best are one class with it: on a measured
+#: machine what is left is other physics, of which a flexible law takes a little more.
+NEAR_SQUARE = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +57,8 @@ def best_class(found: Sequence[Refit]) -> LawClass | None:
     standing = sorted((one for one in found if stands(one)), key=lambda one: -one.nats)
     if not standing:
         return None
-    near = [
-        one for one in standing if standing[0].nats - one.nats <= NEAR_NATS or _is_alike(one, standing[0])
-    ]
+    best = standing[0]
+    near = [one for one in standing if best.nats - one.nats <= NEAR_NATS or _leaves_as_much(one, best)]
     near.sort(key=lambda one: one.row.atom.numbers)
     plainest = {one.row.name: one for one in reversed(near)}
     members = sorted(plainest.values(), key=near.index)
@@ -67,11 +66,7 @@ def best_class(found: Sequence[Refit]) -> LawClass | None:
     return LawClass(tuple(members), probabilities(scores))
 
 
-def _is_alike(one: Refit, best: Refit) -> bool:
-    """Whether experiments that were left out do not tell a law from the best one, by a paired t test."""
-    more = best.score.log_scores - one.score.log_scores
-    count = len(more)
-    if count < 2:
-        return False
-    reach = float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL)) * float(more.std(ddof=1)) / np.sqrt(count)
-    return bool(more.mean() <= reach)
+def _leaves_as_much(one: Refit, best: Refit) -> bool:
+    """Whether a law leaves about the squared residual of the best one."""
+    more = np.exp(np.mean(np.log(one.residual.square / best.residual.square)))
+    return bool(more <= NEAR_SQUARE)
