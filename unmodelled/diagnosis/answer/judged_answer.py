@@ -79,8 +79,8 @@ class Answered:
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     """Return the diagnosis of a judgement.
 
-    It is as sure as the least sure of its laws. Without a law, `no_gap` is as sure as the best law that stands
-    leaves of the squared residual, and `unknown` as no law is likelier than the best one.
+    It is as sure as the least sure of its laws. Without a law, `no_gap` is as sure as the share of the
+    squared residual that the best law that stands leaves, and `unknown` as no law is likelier than the best.
     """
     study, found, models = answered.study, answered.found, answered.models
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
