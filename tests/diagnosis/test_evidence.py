@@ -109,6 +109,7 @@ def test_both_ways_write_the_same_entries(answered: Path) -> None:
 def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
     found = by_evidence(folder / "null", replace(RUBBING, friction=0.0))
     assert found.verdict == "no_gap" and not found.effects and found.remainder is None
+    assert found.confidence > 0.5
     assert found.augmented.gap.value < 1.2 * found.floor
     (named,) = (row for row in found.comparison if row.named)
     assert named.effects == () and found.chance is not None and found.chance > 0.2

@@ -15,6 +15,7 @@ from unmodelled.diagnosis.answer.judged_tables import (
     chance_of_nothing,
     compared,
     evidence,
+    left_by_best,
     probability_of,
     strangers,
 )
@@ -76,12 +77,17 @@ class Answered:
 
 
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
-    """Return the diagnosis of a judgement."""
+    """Return the diagnosis of a judgement.
+
+    It is as sure as the least sure of its laws. Without a law, `no_gap` is as sure as the share of the
+    squared residual that the best law that stands leaves, and `unknown` as no law is likelier than the best.
+    """
     study, found, models = answered.study, answered.found, answered.models
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
-    # as sure as the least sure of its laws; without a law, as no law is likelier than the best one
-    sure = min((probability_of(*one) for one in zip(found.rounds, found.laws, strict=False)), default=chance)
+    sure = min((probability_of(*one) for one in zip(found.rounds, found.laws, strict=False)), default=None)
+    if sure is None:
+        sure = left_by_best(found.look) if found.verdict == "no_gap" else chance
     level, system = study.thresholds.level, study.system
     reported = [n for law in answered.laws for n in law.reported]
     return Diagnosis(

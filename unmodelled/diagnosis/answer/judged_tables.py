@@ -8,7 +8,7 @@ from unmodelled.diagnosis.answer.judged_fits import LastFit
 from unmodelled.diagnosis.answer.judged_numbers import Numbers
 from unmodelled.diagnosis.data.result import ChainPart, Compared, Evidence
 from unmodelled.diagnosis.judge.chain import chain_of
-from unmodelled.diagnosis.judge.classes import LawClass
+from unmodelled.diagnosis.judge.classes import LawClass, stands
 from unmodelled.diagnosis.judge.judgement import Judgement, Look
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
 from unmodelled.diagnosis.judge.linear import SIGMAS
@@ -69,6 +69,11 @@ def chance_of_nothing(look: Look) -> float:
     if best is None:
         return 1.0
     return float(probabilities(np.stack([_without(look).log_scores, best.score.log_scores]))[0])
+
+
+def left_by_best(look: Look) -> float:
+    """Return the share of the squared residual that the best law leaves; 1 where none stands."""
+    return 1.0 - max((one.removed for one in _fitted(look) if stands(one)), default=0.0)
 
 
 def evidence(found: Judgement) -> tuple[Evidence, ...]:
