@@ -12,7 +12,7 @@ from torch import Tensor, nn
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
 from unmodelled.systems.reference import Equations, torch_equations
-from unmodelled.systems.sticking import STEP, held
+from unmodelled.systems.sticking import STEP_LENGTH, held
 
 
 class Nnap(nn.Module):
@@ -101,7 +101,7 @@ class Nnap(nn.Module):
         if step not in self._rates:
             rates = held(self.structure.system.x, self.structure.system.closed)
             self._rates[step] = torch_equations(
-                self.structure.system, [f.xreplace({STEP: sp.Float(step)}) for f in rates]
+                self.structure.system, [f.xreplace({STEP_LENGTH: sp.Float(step)}) for f in rates]
             )
         return self._rates[step](t, x, u, e, self.physics()[:, None], c), z
 

@@ -1,10 +1,10 @@
 """Dry friction over an integration step: a port that friction holds stays where it is.
 
-The corner tanh(v/v_c) of dry friction is stiff: an explicit step overshoots where friction would stop the port
-within the step. Such a corner is taken where the step would end instead (Moreau 1988; for the laws of dry
-friction see Armstrong-Helouvry, Dupont and Canudas de Wit 1994). Friction then balances all other efforts
-while they are smaller than its level, as a sticking state does (Karnopp 1985), without events and with
-derivatives. Corners that the step resolves are left alone, to the last digit.
+The corner tanh(v/v_c) of dry friction is stiff: an explicit step overshoots where friction would stop the
+port within the step. The part of such a corner that a step cannot resolve is taken where the step ends.
+Friction then balances all other efforts while they are smaller than its level, as a sticking state does
+(Karnopp 1985; Armstrong-Helouvry, Dupont and Canudas de Wit 1994), without events, and with derivatives.
+Corners that the step resolves are left alone.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from unmodelled.systems.procedure import Procedure, Step, evaluated
 
 #: Length of the integration step in s, zero where nothing is integrated; the space keeps it apart from all
 #: names of systems.
-STEP = sp.Symbol("integration step", real=True)
+STEP_LENGTH = sp.Symbol("integration step", real=True)
 #: How many times sharper than a step resolves a corner can be until its shape goes over into a cut straight
 #: line: nobody sees the shape then.
 SHARP = 10
@@ -27,7 +27,7 @@ SHARP = 10
 
 @lru_cache(maxsize=256)
 def held(states: tuple[sp.Symbol, ...], rates: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-    """Return rates whose stiff corners tanh(z) are taken at the end of a step of length `STEP`.
+    """Return rates whose stiff corners tanh(z) are taken at the end of a step of length `STEP_LENGTH`.
 
     Of z' = s - k*tanh(z), the excess of h*k over one is taken where the step h ends: the linear part of the
     rates is then never faster than 1/h. Corners that act on each other, such as of the joints of an arm, are
@@ -65,38 +65,45 @@ def _at_the_end(
     corners: Sequence[sp.Expr], values: Mapping[sp.Expr, sp.Symbol], speeds: Mapping[sp.Expr, sp.Expr]
 ) -> dict[sp.Expr, sp.Expr]:
     """Return the value of every corner at the end of a step."""
-    given: dict[sp.Symbol, sp.Expr] = {STEP: STEP}
-    steps: list[Step] = []
-    found: dict[sp.Expr, sp.Symbol] = {}
-
-    def named(name: str, value: sp.Expr, into: dict[sp.Symbol, sp.Expr] | list[Step]) -> sp.Symbol:
-        symbol = sp.Symbol(f"_{name}", real=True)
-        if isinstance(into, dict):
-            into[symbol] = value
-        else:
-            into.append((symbol, value))
-        return symbol
-
     now = {value: corner for corner, value in values.items()}
     without = {values[c]: sp.S.Zero for c in corners}
-    z = [named(f"z_{i}", c.args[0], given) for i, c in enumerate(corners)]
-    s, k = [], []
+    given: dict[sp.Symbol, sp.Expr] = {STEP_LENGTH: STEP_LENGTH}
+    steps: list[Step] = []
+    found: dict[sp.Expr, sp.Symbol] = {}
+    z = [_name("z", i) for i in range(len(corners))]
     for i, c in enumerate(corners):
+        given |= {z[i]: c.args[0], _name("s", i): speeds[c].xreplace(without).xreplace(now)}
         yields = [-sanitised(sp.diff(speeds[c], values[d])).xreplace(now) for d in corners]
-        k.append([named(f"k_{i}_{j}", v, given) if v != 0 else v for j, v in enumerate(yields)])
-        s.append(named(f"s_{i}", speeds[c].xreplace(without).xreplace(now), given))
+        given |= {_name("k", i, j): value for j, value in enumerate(yields)}
+    for i in range(len(corners)):
+        steps.append((_name("wide", i), maximum(STEP_LENGTH * _name("k", i, i), sp.S.One)))
     for i, c in enumerate(corners):
-        others = (k[i][j] * found.get(d, sp.tanh(z[j])) for j, d in enumerate(corners) if j != i)
-        free = s[i] - sum(others, sp.S.Zero)
-        wide = named(f"wide_{i}", maximum(STEP * k[i][i], sp.S.One), steps)
-        # the step by which the corner is implicit: none where k*STEP is one
-        right = named(f"right_{i}", z[i] + STEP * (1 - 1 / wide) * free, steps)
-        cut = named(f"cut_{i}", maximum(minimum(right / wide, sp.S.One), sp.S.NegativeOne), steps)
-        # end + (wide - 1)*tanh(end) = right by one step of Newton's method from below
-        end = sgn(right) * maximum(absolute(right) / wide, absolute(right) - (wide - 1))
-        before = named(f"end_{i}", end, steps)
-        value = named(f"tanh_{i}", sp.tanh(before), steps)
-        end = before - (before + (wide - 1) * value - right) / (1 + (wide - 1) * (1 - value**2))
-        share = minimum(SHARP / wide, sp.S.One)
-        found[c] = named(f"value_{i}", cut + share * (sp.tanh(end) - cut), steps)
+        # of corners that follow the value at rest, where z stays
+        now_there = [found.get(d, _corner(z[j], z[j], _name("wide", j))) for j, d in enumerate(corners)]
+        others = (_name("k", i, j) * now_there[j] for j in range(len(corners)) if j != i)
+        free, wide, right = _name("s", i) - sum(others, sp.S.Zero), _name("wide", i), _name("right", i)
+        # the part of the step over which the corner is implicit: none where the step resolves it
+        steps.append((right, z[i] + STEP_LENGTH * (1 - 1 / wide) * free))
+        steps += _solved(right, wide, i)
+        found[c] = steps[-1][0]
     return {c: evaluated.at(Procedure(given, steps, value), given) for c, value in found.items()}
+
+
+def _solved(right: sp.Symbol, wide: sp.Symbol, i: int) -> list[Step]:
+    """Return the steps to the tanh of the solution of end + (wide - 1)*tanh(end) = right."""
+    below, slope, value = _name("below", i), _name("slope", i), _name("value", i)
+    # one step of Newton's method from below, which cannot overshoot as tanh bends down
+    start = sgn(right) * maximum(absolute(right) / wide, absolute(right) - (wide - 1))
+    end = below - (below + (wide - 1) * slope - right) / (1 + (wide - 1) * (1 - slope**2))
+    return [(below, start), (slope, sp.tanh(below)), (value, _corner(end, right / wide, wide))]
+
+
+def _corner(end: sp.Expr, straight: sp.Expr, wide: sp.Symbol) -> sp.Expr:
+    """Return the tanh of the end, that goes over into a cut straight line as the corner is sharper."""
+    cut = maximum(minimum(straight, sp.S.One), sp.S.NegativeOne)
+    share = maximum(1 - SHARP / wide, sp.S.Zero)
+    return (1 - share) * sp.tanh(end) + share * cut
+
+
+def _name(what: str, *numbers: int) -> sp.Symbol:
+    return sp.Symbol("_".join(["", what, *map(str, numbers)]), real=True)

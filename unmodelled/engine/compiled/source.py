@@ -17,7 +17,7 @@ from unmodelled.engine.compiled.printer import assignments
 from unmodelled.engine.compiled.structure import Augmented, Network
 from unmodelled.systems.functions import gradient
 from unmodelled.systems.model import TIME, System
-from unmodelled.systems.sticking import STEP, held
+from unmodelled.systems.sticking import STEP_LENGTH, held
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def _function(
     """A loop over the lanes that writes `expressions` to the rows of `targets`; "+" adds to them."""
     system = model.system
     groups = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,)}
-    groups |= {"h": (STEP,), **(adjoints or {})}
+    groups |= {"h": (STEP_LENGTH,), **(adjoints or {})}
     used = {s for e in expressions for s in e.free_symbols}
     # numbered names: nothing that a user wrote stands in the code
     names = {s: f"{g}{k}" for g, members in {**groups, "p": system.p}.items() for k, s in enumerate(members)}

@@ -21,7 +21,7 @@ from unmodelled.engine.free_run import Integration, Sizes, Windows
 from unmodelled.engine.machine import loops
 from unmodelled.engine.machine.graph import DRIVEN, LANE, STATE, Graph, Segment
 from unmodelled.systems.model import TIME, System, symbol
-from unmodelled.systems.sticking import STEP, held
+from unmodelled.systems.sticking import STEP_LENGTH, held
 from unmodelled.systems.tables import Table
 
 
@@ -151,7 +151,14 @@ class Equations:
 
 def assembled(equations: Equations) -> Program:
     """Return the program of some equations."""
-    groups = equations.states, equations.inputs, (TIME,), (STEP,), equations.parameters, equations.constants
+    groups = (
+        equations.states,
+        equations.inputs,
+        (TIME,),
+        (STEP_LENGTH,),
+        equations.parameters,
+        equations.constants,
+    )
     levels = STATE, DRIVEN, DRIVEN, LANE, LANE, LANE
     given = {s: level for group, level in zip(groups, levels, strict=True) for s in group}
     graph = Graph(given, equations.laws)
