@@ -143,8 +143,8 @@ def _function(
 ) -> str:
     """A loop over the lanes that writes `expressions` to the rows of `targets`; "+" adds to them."""
     system = model.system
-    groups = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,)}
-    groups |= {"h": (STEP_LENGTH,), **(adjoints or {})}
+    known = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,), "h": (STEP_LENGTH,)}
+    groups = {**known, **(adjoints or {})}
     used = {s for e in expressions for s in e.free_symbols}
     # numbered names: nothing that a user wrote stands in the code
     names = {s: f"{g}{k}" for g, members in {**groups, "p": system.p}.items() for k, s in enumerate(members)}
