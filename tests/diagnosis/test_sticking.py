@@ -1,7 +1,5 @@
 """Logs of an axis that dry friction holds between its moves."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
