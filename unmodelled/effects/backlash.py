@@ -43,7 +43,7 @@ class FrictionBehindPlay(PortEffect):
         return Law(
             "F_b*sign(v - d(r)/dt), abs(r) <= delta",
             {"F_b": positive(f"tanh({dragged}/v_c)", at.effort)},
-            {"delta": _gap(at, _FEW), "v_c": creep(at)},
+            {"delta": _gap(at, _FEW), "v_c": creep(at, holds=False)},
             {"tau": relaxation(at)},
             {"r": Memory("x", f"v - {dragged}")},
             told={"delta": _PLAY},

@@ -42,7 +42,7 @@ class CoulombFrictionByDirection(CoulombFriction):
 
     def law(self, at: Site) -> Law:
         amplitudes = {
-            "F_p": positive("max(tanh(v/v_c), 0)", at.effort),
-            "F_n": positive("min(tanh(v/v_c), 0)", at.effort),
+            "F_p": positive("where(v > 0, tanh(v/v_c), 0)", at.effort),
+            "F_n": positive("where(v > 0, 0, tanh(v/v_c))", at.effort),
         }
         return Law("where(v > 0, F_p, -F_n)", amplitudes, {"v_c": creep(at)})

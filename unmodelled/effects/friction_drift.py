@@ -1,7 +1,7 @@
 """Friction that changes with the time of running."""
 
 from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.grids import creep
+from unmodelled.effects.grids import stopping
 from unmodelled.effects.law import Fixed, Law, signed
 from unmodelled.effects.place import Site
 
@@ -22,7 +22,7 @@ class DryFrictionDrift(PortEffect):
 
     def law(self, at: Site) -> Law:
         amplitudes = {"F_t": signed("t*tanh(v/v_c)", at.effort / at.duration)}
-        return Law("F_t*t*sign(v)", amplitudes, fixed={"v_c": Fixed("v", creep(at).grid[0])})
+        return Law("F_t*t*sign(v)", amplitudes, fixed={"v_c": Fixed("v", stopping(at))})
 
 
 class ViscousFrictionDrift(PortEffect):

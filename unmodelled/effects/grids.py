@@ -9,7 +9,7 @@ import numpy as np
 from unmodelled.effects.law import Fixed, Law, Shape, neat, signed
 from unmodelled.effects.place import Site
 
-#: Of the rms speed: the least at which dry friction is fully there, whatever the data.
+#: Of the rms speed: the least speed at which a fit of dry friction starts.
 LEAST_CREEP = 1e-3
 
 
@@ -23,14 +23,27 @@ def inside(low: float, high: float, count: int) -> tuple[float, ...]:
     return tuple(np.linspace(low, high, count + 2)[1:-1].tolist())
 
 
-def creep(at: Site) -> Shape:
-    """Return the speed below which dry friction falls to zero, so that a simulation can pass the corner.
+def creep(at: Site, holds: bool = True) -> Shape:
+    """Return the speed below which dry friction falls to zero.
 
-    At this speed friction of the missing effort's magnitude would stop the port within one sampling period.
+    It starts where friction of the missing effort's magnitude would stop the port within one sampling period.
+    Where friction can hold the port over an integration step (see `systems.sticking`), it can fall until a
+    held port creeps less in the longest experiment than it moves in one sampling period.
+
+    Args:
+        at: port with the magnitudes of its quantities.
+        holds: whether friction acts on the acceleration of the port itself; default True.
     """
-    speed = at["v"].rms
-    least = neat(max(at.effort * at.mobility * at.period, LEAST_CREEP * speed))
-    return Shape("v", (least,), (least / 3.0, max(speed, 3.0 * least)))
+    start, speed = stopping(at), at["v"].rms
+    least = start / 3.0
+    if holds and "a" in at:
+        least = min(least, neat(speed * at.period / at.duration))
+    return Shape("v", (start,), (least, max(speed, 3.0 * start)))
+
+
+def stopping(at: Site) -> float:
+    """Return the speed that friction of the missing effort's magnitude stops within one sampling period."""
+    return neat(max(at.effort * at.mobility * at.period, LEAST_CREEP * at["v"].rms))
 
 
 def presliding(at: Site) -> Shape:

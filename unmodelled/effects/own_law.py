@@ -16,7 +16,7 @@ from unmodelled.base.errors import BadInput, closest
 from unmodelled.effects import law as laws
 from unmodelled.effects.contract import check_effect
 from unmodelled.effects.effect import LawEffect, LawKind
-from unmodelled.effects.grids import creep
+from unmodelled.effects.grids import stopping
 from unmodelled.effects.load import carries
 from unmodelled.effects.place import Kind, Place, Site
 from unmodelled.effects.scales import Scales
@@ -239,7 +239,7 @@ class Law(LawEffect):
                 shapes[name] = laws.Shape(number.like, tuple(grid), bounds)
             else:
                 amplitudes[name] = laws.Amplitude(printed(self._adds[name], names, []), size, bounds)
-        fixed = {CREEP: laws.Fixed("v", creep(at).grid[0])} if self._uses(CREEP) else {}
+        fixed = {CREEP: laws.Fixed("v", stopping(at))} if self._uses(CREEP) else {}
         sizes = {name: number.si(1.0) for name, number in self.numbers.items()}
         own = {n: laws.Told(factor=1.0 / s, unit=self.numbers[n].unit) for n, s in sizes.items() if s != 1.0}
         cycle = inf if self.at == "sensor" else None  # its formula knows nothing but y

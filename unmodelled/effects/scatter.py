@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import ActuatorEffect, ParameterEffect, PortEffect
-from unmodelled.effects.grids import creep
+from unmodelled.effects.grids import stopping
 from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
 from unmodelled.systems.units import SECOND, Dimension, parse_unit
@@ -84,5 +84,5 @@ class FrictionScatter(PortEffect):
 
     def law(self, at: Site) -> Law:
         amplitude = Amplitude("tanh(v/v_c)", 0.1 * at.effort, (-at.effort, at.effort))
-        fixed = {"v_c": Fixed("v", creep(at).grid[0])}
+        fixed = {"v_c": Fixed("v", stopping(at))}
         return Law("F_d*sign(v)", {"F_d": amplitude}, fixed=fixed, per_experiment=True)

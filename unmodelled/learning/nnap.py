@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 
+import sympy as sp
 import torch
 from torch import Tensor, nn
 
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.systems.reference import torch_equations
+from unmodelled.systems.reference import Equations, torch_equations
+from unmodelled.systems.sticking import STEP_LENGTH, held
 
 
 class Nnap(nn.Module):
@@ -36,9 +38,13 @@ class Nnap(nn.Module):
         self.xi = nn.Parameter(self.p[:, list(structure.index)] / self.unit)
 
     @cached_property
-    def _equations(self) -> tuple[object, object]:
-        system = self.structure.system
-        return torch_equations(system, system.closed), torch_equations(system, self.structure.inputs)
+    def _rates(self) -> dict[float, Equations]:
+        """Rates by the length of the integration step, s."""
+        return {}
+
+    @cached_property
+    def _inputs(self) -> Equations:
+        return torch_equations(self.structure.system, self.structure.inputs)
 
     def physics(self) -> Tensor:
         """Return the parameters (batch, parameters) of the system, in SI units, differentiable by `xi`."""
@@ -56,8 +62,7 @@ class Nnap(nn.Module):
         none = x.new_zeros(len(system.ports))
         if not self.structure.inputs:
             return x.new_zeros((*x.shape[:-1], 0))
-        function = self._equations[1]
-        return function(t, x, u, none, self.physics()[:, None], c)  # type: ignore[no-any-return, operator]
+        return self._inputs(t, x, u, none, self.physics()[:, None], c)
 
     def efforts(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
         """Return the effort (batch, samples, networks) of every network, eq. 4.4, see `network_inputs`."""
@@ -81,15 +86,24 @@ class Nnap(nn.Module):
             yield W_h.view(-1, ni, nh), b_h[:, None], W_o[..., None], b_o, slice(column, column + ni)
             weight, column = weight + network.size, column + ni
 
-    def derivative(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> tuple[Tensor, Tensor]:
-        """Return the rates (batch, samples, states), eq. 4.5, and the efforts, see `network_inputs`."""
+    def derivative(
+        self, t: Tensor, x: Tensor, u: Tensor, c: Tensor, step: float = 0.0
+    ) -> tuple[Tensor, Tensor]:
+        """Return the rates (batch, samples, states), eq. 4.5, and the efforts, see `network_inputs`.
+
+        Rates are those of an integration with some step, s, see `held`.
+        """
         z = self.efforts(t, x, u, c)
         names = self.structure.system.port_names
         e = x.new_zeros((*x.shape[:-1], len(names)))
         for k, network in enumerate(self.structure.networks):
             e[..., names.index(network.port)] = e[..., names.index(network.port)] + z[..., k]
-        function = self._equations[0]
-        return function(t, x, u, e, self.physics()[:, None], c), z  # type: ignore[operator]
+        if step not in self._rates:
+            rates = held(self.structure.system.x, self.structure.system.closed)
+            self._rates[step] = torch_equations(
+                self.structure.system, [f.xreplace({STEP_LENGTH: sp.Float(step)}) for f in rates]
+            )
+        return self._rates[step](t, x, u, e, self.physics()[:, None], c), z
 
     def simulate(
         self, x0: Tensor, u: Tensor, t0: Tensor, c: Tensor, how: Integration
@@ -118,7 +132,7 @@ class Nnap(nn.Module):
                 for before, weight, time in how.stages:
                     share = (sub + float(time)) / how.substeps
                     t = t0 + (k + share) * how.period
-                    dx, z = self.derivative(t, x + part * float(before) * dx, now + share * slope, c)
+                    dx, z = self.derivative(t, x + part * float(before) * dx, now + share * slope, c, part)
                     growth = growth + float(weight) * dx
                     if sub == 0 and time == 0.0 and len(zs) == k:
                         zs.append(z)

@@ -26,6 +26,7 @@ from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.logs.clock import EVERY
 from unmodelled.logs.readings import Reading
 from unmodelled.systems.model import System, symbol
+from unmodelled.systems.sticking import STEP_LENGTH, held
 
 #: Step of a central difference, as a share of the largest value: a smoothed corner is a thousandth of it.
 STEP = 1e-6
@@ -66,6 +67,7 @@ class Path:
     measured: list[int]  # numbers of the states that outputs show
     hidden: list[int]  # numbers of the other states
     readings: tuple[Reading, ...]
+    step: float  # length of an integration step, s
     log_x: Array  # states at all samples, as the sensors show them, (samples, states), SI
     log_u: Array  # inputs at all samples, (samples, inputs), SI
     _by: dict[Place, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
@@ -126,6 +128,7 @@ class Path:
             measured=runs.measured,
             hidden=runs.hidden,
             readings=runs.reader.readings,
+            step=recording.logs.period / _substeps(fitted),
             log_x=log_x,
             log_u=tables.u[0],
         )
@@ -173,10 +176,12 @@ class Path:
 
     @cached_property
     def _program(self) -> Program:
-        """Rates and outputs in terms of states, inputs with efforts beside the known laws, and parameters."""
+        """Integrated rates, and outputs, of states, inputs with efforts beside known laws, and parameters."""
         s = self.system
         beside = {symbol(p.effort): symbol(p.effort) + p.law for p in s.ports if p.law is not None}
-        shown = [*s.closed, *(o.expression.xreplace(beside) for o in s.outputs)]
+        step = {STEP_LENGTH: sp.Float(self.step)}
+        rates = (f.xreplace(step) for f in held(s.x, s.closed))
+        shown = [*rates, *(o.expression.xreplace(beside) for o in s.outputs)]
         return assembled(Equations(s.x, (*s.u, *s.e), s.p, s.c, [], shown, {}, s.tables))
 
     def _slope(self, group: int, k: int, size: float) -> Array:
@@ -269,7 +274,7 @@ def _errors(runs: _StateRuns, fitted: FittedHypothesis, start: Array | None) -> 
     """Errors (windows, K, outputs) in sensor noise, zero where they do not count, and where they do."""
     recording = runs.recording
     with np.errstate(all="ignore"):
-        shown = runs(fitted.fit.numbers, start, substeps=max(2, fitted.fit.substeps))
+        shown = runs(fitted.fit.numbers, start, substeps=_substeps(fitted))
     error = (shown.measured[:, 0] - shown.y[:, 0]) / recording.noise
     # small changes tell nothing where the simulation is far off or has diverged
     usable = recording.counted[:, :, None] & (np.abs(error) < _largest(recording))
@@ -277,6 +282,11 @@ def _errors(runs: _StateRuns, fitted: FittedHypothesis, start: Array | None) -> 
     if shown.left_out is not None:
         usable &= ~shown.left_out
     return np.where(usable, error, 0.0), usable
+
+
+def _substeps(fitted: FittedHypothesis) -> int:
+    """Integration steps per sample of a path, which has states in the middle between samples."""
+    return max(2, fitted.fit.substeps)
 
 
 def _largest(recording: Recording) -> Array:

@@ -30,7 +30,8 @@ _HERE = Path(__file__).parents[1]
 #: What the generated code depends on besides the model, seen from the folder of the engine.
 _GENERATOR = (
     *(f"compiled/{name}.py" for name in ("layout", "scalars", "source", "printer")),
-    *("../systems/functions.py", "../systems/procedure.py", "../systems/tables.py"),
+    *("../systems/functions.py", "../systems/procedure.py", "../systems/sticking.py"),
+    "../systems/tables.py",
 )
 
 

@@ -25,15 +25,16 @@ Block = types.FunctionType(types.void(Array, Array))
 class Layout(NamedTuple):
     """First rows of a block's parts, the number of its rows, and the sizes of the system.
 
-    x state, u input, c operating point, t time, z networks' efforts, dx derivative, lam adjoint of dx, gx
-    and gz adjoints of x and z, gp and gw gradients by parameters and weights, weights, scale, gain of the
-    networks.
+    x state, u input, c operating point, t time, h integration step, z networks' efforts, dx derivative, lam
+    adjoint of dx, gx and gz adjoints of x and z, gp and gw gradients by parameters and weights, weights,
+    scale, gain of the networks.
     """
 
     x: int
     u: int
     c: int
     t: int
+    h: int
     z: int
     dx: int
     lam: int

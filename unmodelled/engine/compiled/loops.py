@@ -62,6 +62,12 @@ def load_constants(w, at, C, first, owner):
 
 
 @jit()
+def load_step(w, at, part):
+    for lane in range(LANES):
+        w[at.h * LANES + lane] = part
+
+
+@jit()
 def load_state(w, at, x, K, factor):
     """Write the state of a stage: x plus `factor` times the rates K of the stage before."""
     n = at.states * LANES
@@ -119,6 +125,7 @@ def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, 
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part, dx = period / substeps, place(at.dx) * WIDE
     K, last, total = np.zeros(n), np.empty(n), np.empty(n)
+    load_step(w, at, part)
     for k in range(steps):
         copy(last, 0, X, k * n, n)
         for sub in range(substeps):
@@ -152,6 +159,7 @@ def backward(pull, at, w, trace, G, GZ, first, U, T, steps, substeps, period, ho
     part = period / substeps
     lam, grow = np.empty(n), np.empty(S * n)
     gx, gz = place(at.gx) * WIDE, place(at.gz) * WIDE
+    load_step(w, at, part)
     for k in range(steps - 1, -1, -1):
         copy(lam, 0, G, (k + 1) * n, n)
         for sub in range(substeps - 1, -1, -1):

@@ -17,6 +17,7 @@ from unmodelled.engine.compiled.printer import assignments
 from unmodelled.engine.compiled.structure import Augmented, Network
 from unmodelled.systems.functions import gradient
 from unmodelled.systems.model import TIME, System
+from unmodelled.systems.sticking import STEP_LENGTH, held
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,11 @@ class Rows:
 
     @classmethod
     def of(cls, model: Augmented) -> Rows:
-        """Return the rows: x, u, efforts e, constants c, time t, inputs q of networks, and their adjoints."""
+        """Return the rows: x, u, efforts e, constants c, time t, step h, inputs q of networks, adjoints."""
         system, nq = model.system, len(model.inputs)
         n, ports = len(system.states), len(system.ports)
-        sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1, "q": nq}
+        sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1}
+        sizes |= {"h": 1, "q": nq}
         sizes |= {"z": len(model.networks), "e": ports, "dx": n, "lam": n, "gx": n, "ge": ports}
         sizes |= {"gq": nq, "gz": len(model.networks), "gp": len(model.trainable)}
         # these lie one after the other, not one a row
@@ -77,14 +79,15 @@ def source(model: Augmented) -> str:
     system = model.system
     lam = tuple(sp.Dummy(real=True) for _ in system.states)
     mu = tuple(sp.Dummy(real=True) for _ in model.inputs)
-    power = _sum(a * f for a, f in zip(lam, system.closed, strict=True))
+    rates = held(system.x, system.closed)
+    power = _sum(a * f for a, f in zip(lam, rates, strict=True))
     virtual = _sum(a * q for a, q in zip(mu, model.inputs, strict=True))
     x, e, p = system.x, system.e, model.p
     back = [*gradient(power, x), *gradient(power, e), *gradient(power, p)]
     inner = [*gradient(virtual, x), *gradient(virtual, p)]
     parts = [
         _function(model, rows, "network_inputs", model.inputs, {"q": len(model.inputs)}),
-        _function(model, rows, "derivative", system.closed, {"dx": len(x)}),
+        _function(model, rows, "derivative", rates, {"dx": len(x)}),
         _function(
             model,
             rows,
@@ -140,7 +143,8 @@ def _function(
 ) -> str:
     """A loop over the lanes that writes `expressions` to the rows of `targets`; "+" adds to them."""
     system = model.system
-    groups = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,), **(adjoints or {})}
+    known = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,), "h": (STEP_LENGTH,)}
+    groups = {**known, **(adjoints or {})}
     used = {s for e in expressions for s in e.free_symbols}
     # numbered names: nothing that a user wrote stands in the code
     names = {s: f"{g}{k}" for g, members in {**groups, "p": system.p}.items() for k, s in enumerate(members)}

@@ -126,6 +126,8 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
     h = period / substeps
     w = np.zeros((at.rows, LANES))
     fill_numbers(w, at.numbers, program.numbers)
+    for i in range(LANES):
+        w[at.step, i] = h
     start, steps, shift = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     last, total, k1 = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     now, slope, after = np.empty((m, LANES)), np.empty((m, LANES)), np.empty((m, LANES))

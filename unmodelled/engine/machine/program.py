@@ -21,6 +21,7 @@ from unmodelled.engine.free_run import Integration, Sizes, Windows
 from unmodelled.engine.machine import loops
 from unmodelled.engine.machine.graph import DRIVEN, LANE, STATE, Graph, Segment
 from unmodelled.systems.model import TIME, System, symbol
+from unmodelled.systems.sticking import STEP_LENGTH, held
 from unmodelled.systems.tables import Table
 
 
@@ -29,6 +30,7 @@ class Places(NamedTuple):
 
     u: int  # first row of the inputs; the states come before
     t: int  # row of the time
+    step: int  # row of the length of the integration step, zero where nothing is integrated
     p: int  # first row of the parameters
     c: int  # first row of the constants of the operating point
     numbers: int  # first row of the numbers
@@ -149,11 +151,21 @@ class Equations:
 
 def assembled(equations: Equations) -> Program:
     """Return the program of some equations."""
-    groups = equations.states, equations.inputs, (TIME,), equations.parameters, equations.constants
-    levels = STATE, DRIVEN, DRIVEN, LANE, LANE
+    groups = (
+        equations.states,
+        equations.inputs,
+        (TIME,),
+        (STEP_LENGTH,),
+        equations.parameters,
+        equations.constants,
+    )
+    levels = STATE, DRIVEN, DRIVEN, LANE, LANE, LANE
     given = {s: level for group, level in zip(groups, levels, strict=True) for s in group}
     graph = Graph(given, equations.laws)
-    rates, shown = ([graph(e) for e in part] for part in (equations.rates, equations.observed))
+    closed = tuple(e.xreplace(equations.laws) for e in equations.rates)
+    integrated = held(tuple(equations.states), closed)
+    moved = equations.rates if integrated == closed else integrated
+    rates, shown = ([graph(e) for e in part] for part in (moved, equations.observed))
     observed, moving = (Segment.of(graph, part, STATE) for part in (shown, rates))
     driven = Segment.of(graph, (*observed.border, *moving.border), DRIVEN)
     lane = Segment.of(graph, driven.border, LANE)

@@ -79,11 +79,12 @@ const machine = (() => {
   }
 
   // registers of a lane with its constants
-  function registers({ at, code, numbers, curves }, p, c) {
+  function registers({ at, code, numbers, curves }, p, c, step = 0) {
     const w = new Float64Array(at.rows);
     w.set(numbers, at.numbers);
     w.set(p, at.p);
     w.set(c, at.c);
+    w[at.step] = step;
     execute(w, code, at.prologue, at.driven, curves);
     return w;
   }
@@ -93,7 +94,7 @@ const machine = (() => {
      how: period (s), substeps, hold (one number for every input). */
   function simulate(program, { u, t, start, steps }, p, c, x0, { period, substeps, hold }) {
     const { at, code, curves, rates, shown } = program;
-    const w = registers(program, p, c), n = rates.length, h = period / substeps;
+    const h = period / substeps, w = registers(program, p, c, h), n = rates.length;
     const last = Float64Array.from(x0), total = new Float64Array(n), k1 = new Float64Array(n);
     const now = new Float64Array(u.length), slope = new Float64Array(u.length);
     const found = shown.map(() => new Float64Array(steps + 1));
