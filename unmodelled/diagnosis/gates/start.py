@@ -117,8 +117,8 @@ class _Start:
         for item in self.system.inputs:
             if item.delay < 0.0:
                 yield (
-                    f"{item.name} acts {quantity(-item.delay, 's')} before it is given: write a delay of 0 or "
-                    "more into the system file"
+                    f"{item.name} acts {quantity(-item.delay, 's')} before it is given: write a delay of 0 "
+                    "or more into the system file"
                 )
 
     def turned(self) -> Iterator[str]:
