@@ -18,8 +18,10 @@ import pytest
 from tests.fuzz.inputs import complaint
 from tests.measurements.recorders import RECORDERS
 from tests.measurements.systems import motor, run, write, write_tables
+from unmodelled.api.answer_list import list_answers
 from unmodelled.base import search
 from unmodelled.base.errors import BadInput, Faults
+from unmodelled.cli.sweep.runs import run_folders
 from unmodelled.cli.verbs.init import init
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.readers import known
@@ -210,6 +212,9 @@ def test_a_search_of_a_whole_machine_is_refused(
     ):
         write(place, {}, files=files)
         assert "to look through" in complaint(lambda f: read_logs(f, motor()), place, "mapping.yaml")
+    for look in (list_answers, run_folders):
+        with pytest.raises(BadInput, match="to look through"):
+            look(tmp_path)
 
 
 def bag(folder: Path) -> Path:

@@ -12,7 +12,10 @@ import pytest
 from tests.measurements.systems import ANGLE, SPEED, motor, refused, run, write
 from tests.measurements.test_mapping import assert_equal
 from unmodelled import BadInput, Logs, read_logs
+from unmodelled.design.limits import read_limits
+from unmodelled.design.written import read_experiment, write_experiment
 from unmodelled.logs.record import from_start, in_order
+from unmodelled.logs.time_units import on_clock, seconds_of
 from unmodelled.systems.units import parse_logged
 
 LOG = run(200)
@@ -165,3 +168,28 @@ def test_scales_that_are_no_number_or_beyond_any_measurement_are_refused(tmp_pat
 def test_equal_logs_from_equal_clocks(tmp_path: Path) -> None:
     found = read(tmp_path / "days", "t", t=pd.Timestamp("2026-03-01") + pd.to_timedelta(LOG["t"], "s"))
     assert_equal(found, read(tmp_path / "seconds", "t", t=LOG["t"]))
+
+
+@pytest.mark.parametrize("unit", ["ms", "us", "min"])
+def test_places_and_files_are_in_the_unit_of_the_users_clock(tmp_path: Path, unit: str) -> None:
+    """A spike is told at the time of the log, and an experiment is written and read back on the clock."""
+    size, logs, system = seconds_of(unit) or 1.0, {"a": run(400), "b": run(400)}, motor()
+    logs["a"]["angle"][200] += 500.0
+    raw = {name: {**log, "t": log["t"] / size} for name, log in logs.items()}
+    found = read_logs(write(tmp_path, raw, time={"column": "t", "unit": unit}), system)
+    place = on_clock(float(logs["a"]["t"][200]), unit)
+    assert place.endswith(f" {unit}") and any(f"t = {place} of a" in note for note in found.notes)
+    found.write(tmp_path / "store")
+    assert read_logs(tmp_path / "store", system).clock == unit
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(
+        "duration: 1\ninputs: {V: {low: -10, high: 10}}\nstart: {theta: 0}\noperating_point: {m: 0.2}\n"
+    )
+    own = read_limits(limits, system, found)
+    u = np.sin(np.linspace(0.0, 2.0 * np.pi, own.samples))[:, None]
+    written = tmp_path / "experiment.csv"
+    write_experiment(u, system, own, written, lambda u: [])
+    assert pd.read_csv(written).columns[0] == f"t_{unit}"
+    t, again = read_experiment(written, system, own, "experiment")
+    np.testing.assert_allclose(t, own.period * np.arange(own.samples), atol=1e-8)
+    np.testing.assert_allclose(again, u, atol=1e-8)

@@ -19,7 +19,7 @@ from unmodelled.api.named_effect import ComparisonTable, GapLocation, NamedEffec
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.notebook import shown
-from unmodelled.base.ownership import writing
+from unmodelled.base.ownership import links_in, writing
 from unmodelled.base.sure_numbers import as_said
 from unmodelled.base.wording import effect_name, effect_names
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -299,7 +299,8 @@ class Answer:
             parts = {"figures": write_figures, PAGE: page} if shown else {}
             drawn = {name: write for name, write in parts.items() if not (new / name).exists()}
             notes = with_parts(new, self.content, drawn)["notes"]
-        return tuple(notes[len(self.notes) :])
+        left = (f"{name} is a link and was not copied: copy it by hand" for name in links_in(self.folder))
+        return *left, *notes[len(self.notes) :]
 
     def __repr__(self) -> str:
         return "\n".join(sentences(self.content))

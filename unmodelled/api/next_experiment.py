@@ -57,7 +57,7 @@ class NextExperiment:
         return table.astype(dict.fromkeys(numbers, float))
 
     def table(self) -> pd.DataFrame:
-        """Return the experiment: t (s), and every input in the unit of its column in the logs."""
+        """Return the experiment: clock (`t`, s; `t_ms` where the logs count ms) and inputs as logged."""
         return experiment(self.design)
 
     def predictions(self) -> pd.DataFrame:

@@ -24,6 +24,7 @@ from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.logs.preparation import prepared_for
+from unmodelled.logs.time_units import in_clock
 from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
 
@@ -138,7 +139,8 @@ class Simulation:
     def save(self, folder: Path | str) -> None:
         """Write the table (simulation.parquet, .csv without pyarrow), simulation.json (the gap) and a page.
 
-        The page, index.html, simulates the machine itself: its parameters can be moved.
+        The clock of the table is in the unit of the logs' clock, which its name tells unless it is s. The
+        page, index.html, simulates the machine itself: its parameters can be moved.
 
         Args:
             folder: folder that is new, empty or holds an older simulation; replaced as a whole.
@@ -152,7 +154,7 @@ class Simulation:
 
         sources = {"system": self.system.source, "logs": self.logs.source}
         with verbatim(), writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
-            write_table(self.table(), new / TABLE)
+            write_table(in_clock(self.table(), self.logs.clock), new / TABLE)
             write_json(new / SUMMARY, content := self._content())
             live = simulated(self.system, self.logs, self.runs, self.horizon, self.gap)
             write_simulation_page(new, content, live, about_machine(self.system), svg(self.plot()))

@@ -286,6 +286,12 @@ def _files_in(folder: Path) -> Iterator[str]:
                 yield found.relative_to(folder).as_posix()
 
 
+def links_in(folder: Path) -> list[str]:
+    """Return the links below a folder as relative paths: they are no results; hidden ones are left out."""
+    links = (name for name in _files_in(folder) if (folder / name).is_symlink())
+    return sorted(name for name in links if not any(part.startswith(".") for part in Path(name).parts))
+
+
 def results_in(folder: Path) -> Iterator[str]:
     """Yield the results below a folder as relative paths: the files that its marker lists, if it lists some.
 

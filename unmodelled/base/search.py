@@ -36,9 +36,16 @@ class Search:
             found = [path for path in self._step(found, part) if os.path.isdir(path)]  # noqa: PTH112
         return [Path(path) for path in (self._step(found, last) if last else found) if path != start]
 
-    def below(self, folder: Path) -> list[Path]:
-        """Return all files and folders below a folder; links to folders are not followed."""
-        return [Path(entry.path) for entry in self._below(str(folder), lambda entry: not entry.is_symlink())]
+    def below(self, folder: Path, hidden: bool = True) -> list[Path]:
+        """Return all files and folders below a folder; links to folders are not followed.
+
+        `hidden`: whether hidden folders are looked through.
+        """
+
+        def enters(entry: os.DirEntry[str]) -> bool:
+            return not entry.is_symlink() and (hidden or not entry.name.startswith("."))
+
+        return [Path(entry.path) for entry in self._below(str(folder), enters)]
 
     def _step(self, places: list[str], part: str) -> list[str]:
         """Paths that a part of a pattern matches in some folders, each once."""

@@ -114,7 +114,7 @@ def kept(found: Mapping[str, Any]) -> str:
 
 
 def experiment(design: Design) -> pd.DataFrame:
-    """Return the experiment: t (s), and every input in the unit of its column in the logs."""
+    """Return the experiment: its clock and every input in the units of the logs."""
     return frame(design.found.u, design.system, design.criterion.limits)
 
 

@@ -64,6 +64,7 @@ class Limits:
     #: Of outputs by name, as the file writes them: what `travel` and `start` of this name say.
     shown: Mapping[str, sp.Expr] = field(default_factory=dict)
     moves: Mapping[str, Range] = field(default_factory=dict)  # `travel` in the units in which it is written
+    clock: str = "s"  # unit of the clock of the experiment as it is written: that of the logs
 
     @property
     def samples(self) -> int:
@@ -154,6 +155,7 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
         },
         shown={output.name: output.expression for output in system.outputs},
         moves=travel,
+        clock="s" if logs is None else logs.clock,
     )
     _check_start(root, found, system, limits)
     return limits

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,8 @@ from unmodelled.design.limits import Limits, Range, units_of
 from unmodelled.design.runs import Simulated
 from unmodelled.logs.assembly import in_si
 from unmodelled.logs.logs import as_logged
-from unmodelled.logs.table import Columns, read_columns
+from unmodelled.logs.table import Columns, read_columns, read_header
+from unmodelled.logs.time_units import CLOCKS, clock_column, in_clock, seconds_of
 from unmodelled.systems.model import Input, System
 
 #: Digits of a number in the file, and the share of a column's largest value that they may round away.
@@ -26,9 +28,9 @@ Watch = Callable[[Array], Iterable[Simulated]]
 
 
 def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
-    """Return an experiment (samples, inputs), SI, as a user runs it: t (s), inputs in logged units."""
+    """Return an experiment (samples, inputs), SI, as a user runs it: clock and inputs in logged units."""
     columns = {item.column: as_logged(item, u[:, k]) for k, item in enumerate(system.inputs)}
-    return pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns})
+    return in_clock(pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns}), limits.clock)
 
 
 def write_experiment(
@@ -91,7 +93,7 @@ def read_experiment(path: Path, system: System, limits: Limits, name: str) -> tu
 
 def _read(path: Path, system: System, limits: Limits, name: str) -> tuple[Columns, Array]:
     """Columns in the units of the file, and inputs (samples, inputs), SI, within their limits."""
-    columns = read_columns(path, ["t", *(item.column for item in system.inputs)])
+    columns = _columns(path, system)
     t = columns.values["t"]
     if len(t) < 2 or not (np.diff(t) > 0.0).all():
         raise BadInput(f"{name}: column t: does not increase: write the time of every sample in s")
@@ -102,6 +104,16 @@ def _read(path: Path, system: System, limits: Limits, name: str) -> tuple[Column
             )
     found = in_si(columns, system).values
     return columns, np.stack([found[item.column] for item in system.inputs], axis=1)
+
+
+def _columns(path: Path, system: System) -> Columns:
+    """Columns in the units of the file, but column `t` in s, also where the file names it by its unit."""
+    inputs = [item.column for item in system.inputs]
+    header = set(read_header(path))
+    unit = next((unit for unit in CLOCKS if clock_column(unit) in header - {*inputs}), "s")
+    columns = read_columns(path, [name := clock_column(unit), *inputs])
+    t = (seconds_of(unit) or 1.0) * columns.values[name]
+    return replace(columns, values={**columns.values, "t": t})
 
 
 def rest_notes(system: System, limits: Limits) -> list[str]:

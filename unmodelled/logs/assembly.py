@@ -78,8 +78,12 @@ def assembled(
     provenance: Mapping[str, Any],
     faults: Faults,
     cure: bool = True,
+    clock: str = "s",
 ) -> M:
-    """Return logs of a kind on one uniform clock, with states; `cure`: whether faults are cured."""
+    """Return logs of a kind on one uniform clock, with states.
+
+    `cure`: whether faults are cured; `clock`: unit of the clock as logged.
+    """
     found = Faults()
     check_alive(system, logs, faults)
     with found.collected():
@@ -92,9 +96,9 @@ def assembled(
     experiments, logs, cuts = _without_gaps(system, experiments, seen.logs)
     experiments, notes = with_constants(system, experiments, _places(table.path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
-    notes = [*notes, *sentences(seen.found), *cuts]
+    notes = [*notes, *sentences(seen.found, clock), *cuts]
     read = _measurements(kind, system, experiments, logs, period, notes, provenance)
-    return prepare(system, replace(read, limits=seen.limits))
+    return prepare(system, replace(read, limits=seen.limits, clock=clock))
 
 
 def _places(path: Path, experiments: pd.DataFrame) -> list[str]:

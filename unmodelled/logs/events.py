@@ -11,6 +11,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.measurements import names
+from unmodelled.logs.time_units import on_clock
 from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import TIME, Event, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -38,7 +39,8 @@ def event_times(logs: Logs, system: System, event: str) -> pd.DataFrame:
         t, z = logs.t[logs.rows(i)], values[logs.rows(i)]
         if not np.isfinite(z).all():
             at = t[~np.isfinite(z)][0]
-            raise BadInput(f"experiment {name}: the event {event!r} has no finite value at t = {at:.4g} s")
+            when = on_clock(at, logs.clock)
+            raise BadInput(f"experiment {name}: the event {event!r} has no finite value at t = {when}")
         around = _fall(z, held)
         if around is None:
             raise BadInput(

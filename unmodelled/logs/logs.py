@@ -27,7 +27,7 @@ GROUPS = ("outputs", "inputs", "states", "constants")
 ORIGIN = {"data": "measured", "description": "data frames"}
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
-SHAPE |= {"limits?": {"*": [(float, None)]}}
+SHAPE |= {"limits?": {"*": [(float, None)]}, "clock?": str}
 
 
 class Logs(Measurements):
@@ -60,6 +60,8 @@ class Logs(Measurements):
         source: folder that the logs were read from, "" where there is none.
         limits: smallest and largest value of outputs whose sensor ends there, by name, infinite where there
             is no end; samples at them are not compared.
+        clock: unit of the clock as logged ("ms"), in which sentences tell places in a log, and in which
+            experiments and simulations are written; all numbers of this object are in s.
     """
 
     @classmethod
@@ -117,6 +119,7 @@ class Logs(Measurements):
             "delays": list(self.delays),
             "continues": [list(before) if before else [] for before in self.continues],
             "limits": {name: [_written(end) for end in ends] for name, ends in self.limits.items()},
+            "clock": self.clock,
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
 
@@ -183,6 +186,7 @@ class Logs(Measurements):
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
             continues=continues if any(continues) else (),
             limits={name: _ends(ends) for name, ends in header.get("limits", {}).items()},
+            clock=header.get("clock", "s"),
         )
 
 

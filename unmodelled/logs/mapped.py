@@ -74,7 +74,9 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     rows = list(enumerate((cells for cells, _ in found), start=1))
     table = TextTable(Path(f"{path}: experiments"), ["id", "file", *mapping.constants], rows)
     origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
-    logs_of = assembled(Logs, system, table, logs, origin, faults, mapping.cure)
+    units = {record.unit for record in records.values()}
+    clock = units.pop() if len(units) == 1 else "s"
+    logs_of = assembled(Logs, system, table, logs, origin, faults, mapping.cure, clock)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 

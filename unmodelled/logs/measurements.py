@@ -64,6 +64,7 @@ class Measurements:
     #: Smallest and largest value of outputs by name, infinite where there is none: samples there measure
     #: nothing and are not compared.
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    clock: str = "s"  # unit of the clock as logged, in which places are told and files are written
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -15,6 +15,7 @@ from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.measurements import Continued, M, Measurements, names
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import Reading, hidden_states, readings
+from unmodelled.logs.time_units import on_clock
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 
@@ -189,7 +190,7 @@ def _integrated(system: System, shown: Sequence[Reading], logs: Measurements, x:
         return z
     row = min(np.flatnonzero(bad.any(axis=1)).tolist(), key=lambda k: (sample[k], logs.owner[k]))
     state = system.states[hidden[int(np.argmax(bad[row]))]]
-    where = f"experiment {logs.ids[logs.owner[row]]} at t = {sample[row] * logs.period:.4g} s"
+    where = f"experiment {logs.ids[logs.owner[row]]} at t = {on_clock(sample[row] * logs.period, logs.clock)}"
     raise BadInput(
         f"system {system.name}: dynamics.{state.name} diverges in {where} when it is integrated from its "
         f"initial value {state.initial}"

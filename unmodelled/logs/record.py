@@ -17,7 +17,7 @@ from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.mapping import Column, LogMapping
 from unmodelled.logs.readers.names import PUBLISHER
 from unmodelled.logs.readers.reader import Table
-from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
+from unmodelled.logs.time_units import clock_unit, in_seconds, seconds_of, unit_of_time
 
 #: Time stamps of recorders are below, s, also those that count from 1970.
 LATEST = 1e11
@@ -64,6 +64,7 @@ class Record:
     def __init__(self, path: Path, tables: Sequence[Table], mapping: LogMapping) -> None:
         self.path, self.tables, self.mapping = path, tables, mapping
         self.assumed: set[str] = set()
+        self.unit = "s"  # of the clock that was read last
 
     def find(self, column: Column) -> Found:
         """Return a column by its name with its table, or alone where only one table has it."""
@@ -124,6 +125,7 @@ class Record:
             seconds = seconds_of(unit)
             if unit != "s":
                 self.assumed.add(f"time {found.name} was read in {unit}, by its name or its numbers")
+        self.unit = clock_unit(seconds)
         return t if seconds is None else in_seconds(t, seconds)
 
 

@@ -88,16 +88,24 @@ class TextTable:
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
     """Read some columns of a CSV or Parquet file."""
-    check_file(path)
     wanted = list(dict.fromkeys(names))
-    try:
-        with path.open("rb") as file:
-            parquet = file.read(4) == b"PAR1"
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: {_reason(error)}") from None
-    if not parquet:
+    if not (parquet := _is_parquet(path)):
         check_file(path, NUMBERS)
     return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), not parquet)
+
+
+def read_header(path: Path) -> list[str]:
+    """Read the names of the columns of a CSV or Parquet file; none of an empty one."""
+    return _parquet_names(path) if _is_parquet(path) else next(_records(path), (1, []))[1]
+
+
+def _is_parquet(path: Path) -> bool:
+    check_file(path)
+    try:
+        with path.open("rb") as file:
+            return file.read(4) == b"PAR1"
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {_reason(error)}") from None
 
 
 def read_rows(path: Path, wanted: Sequence[str]) -> TextTable:
@@ -263,11 +271,17 @@ def _cell_by_cell(path: Path, records: Records, at: Mapping[str, int]) -> dict[s
     return {column.name: np.array(column.values) for column in found}
 
 
-def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
+def _parquet_names(path: Path) -> list[str]:
     try:
-        from unmodelled.base.parquet import column_names, read_parquet
+        from unmodelled.base.parquet import column_names
     except ModuleNotFoundError as error:
         raise BadInput(f"{path}: is a Parquet file: {missing(error) or error}, or save it as CSV") from None
-    check_header(path, column_names(path), wanted)
+    return column_names(path)
+
+
+def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
+    check_header(path, _parquet_names(path), wanted)
+    from unmodelled.base.parquet import read_parquet
+
     table = read_parquet(path, wanted)
     return frame_columns(path, {name: table[name] for name in wanted})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pandas as pd
 
 from unmodelled.base.arrays import Array
 from unmodelled.systems.units import SECOND, LoggedUnit, parse_logged
@@ -26,6 +27,8 @@ WORDS = {
     "us": "us µs usec usecs micros microsecond microseconds",
     "ns": "ns nsec nsecs nanos nanosecond nanoseconds",
 }
+#: Units in which a place in a log is told; a count of days is a date, and its places are told in s.
+CLOCKS = ("h", "min", "s", "ms", "us", "ns")
 
 
 def seconds_of(unit: str) -> float | None:
@@ -37,6 +40,42 @@ def seconds_of(unit: str) -> float | None:
     if si.dimension != SECOND:
         return None
     return float(f"{(logged or LoggedUnit(unit, 1.0, 0.0)).factor:.12g}")
+
+
+def clock_unit(seconds: float | None) -> str:
+    """Return the unit in which places in a log are told, by the length of the unit of its clock, s."""
+    return next((unit for unit in CLOCKS if seconds_of(unit) == seconds), "s")
+
+
+def clock_column(unit: str) -> str:
+    """Return the name of the clock in a table that is written: the unit stands in it, unless it is s.
+
+    Examples:
+        >>> clock_column("s"), clock_column("ms")
+        ('t', 't_ms')
+    """
+    return "t" if unit == "s" else f"t_{unit}"
+
+
+def on_clock(seconds: float, unit: str) -> str:
+    """Return a place in a log, s since the start of its experiment, in the unit of the clock.
+
+    Examples:
+        >>> on_clock(0.25, "s"), on_clock(12.3456, "ms")
+        ('0.25 s', '12346 ms')
+    """
+    value = seconds / (seconds_of(unit) or 1.0)
+    return f"{value:.4g} {unit}" if abs(value) < 1000.0 else f"{value:.0f} {unit}"
+
+
+def in_clock(table: pd.DataFrame, unit: str) -> pd.DataFrame:
+    """Return a table with column `t` (s) as it is written: in the unit of a clock, named by the unit.
+
+    Examples:
+        >>> in_clock(pd.DataFrame({"t": [0.0, 0.25]}), "ms").to_dict("list")
+        {'t_ms': [0.0, 250.0]}
+    """
+    return table.assign(t=table["t"] / (seconds_of(unit) or 1.0)).rename(columns={"t": clock_column(unit)})
 
 
 def unit_of_time(name: str, values: Array) -> str | None:

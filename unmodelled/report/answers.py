@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -14,6 +13,7 @@ import numpy as np
 from unmodelled.base.answers import read_diagnosis
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, printable
+from unmodelled.base.search import Search
 from unmodelled.base.sure_numbers import as_said, doubt, main_number, remark
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
@@ -99,11 +99,9 @@ def find_answers(folder: Path) -> tuple[list[ListedAnswer], list[str]]:
     return found, notes
 
 
-def _folders(folder: Path) -> Iterator[Path]:
-    for place, folders, files in os.walk(folder):
-        folders[:] = sorted(name for name in folders if not name.startswith("."))
-        if SUMMARY in files:
-            yield Path(place)
+def _folders(folder: Path) -> list[Path]:
+    search = Search(lambda why: BadInput(f"{folder}: {why}: give the folder that holds the answers"))
+    return sorted(path.parent for path in search.below(folder, hidden=False) if path.name == SUMMARY)
 
 
 def _read(folder: Path, listed: Path) -> ListedAnswer:

@@ -161,6 +161,18 @@ def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> No
         ),
         ("two_masses.yaml", "T2)/J2", "T2)/(J2 + J1)", ""),
         (
+            "two_masses.yaml",
+            "T2)/J2",
+            "T2)/(J2 - 10*J1)",
+            "the mass or inertia at load is negative at the start",
+        ),
+        (
+            "two_masses.yaml",
+            "u: {unit: N m}",
+            "u: {unit: N m, delay: -0.01}",
+            "u acts 0.01 s before it is given",
+        ),
+        (
             "rooted_tank.yaml",
             "{unit: m}}\ni",
             "{unit: m}}\ni",

@@ -15,6 +15,7 @@ from hydra.errors import HydraException
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.base.ownership import RECORD
+from unmodelled.base.search import Search
 from unmodelled.cli.sweep.metrics import metrics_of
 
 #: The keys that a run of a sweep was given.
@@ -43,7 +44,8 @@ def run_folders(folder: Path) -> list[Path]:
     """Find the folders of the runs of a sweep."""
     if not folder.is_dir():
         raise BadInput(f"{folder}: no such folder")
-    found = [path.parent.parent for path in folder.rglob(str(OVERRIDES))]
+    search = Search(lambda why: BadInput(f"{folder}: {why}: give the folder of the sweep"))
+    found = [path.parents[1] for path in search.below(folder) if path.parts[-2:] == OVERRIDES.parts]
     if not found:
         raise BadInput(f"{folder}: no runs of a sweep in it, that is no folder with {OVERRIDES}")
     return sorted(found, key=lambda path: [(len(p) if p.isdigit() else 0, p) for p in path.parts])

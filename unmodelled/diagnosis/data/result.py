@@ -150,7 +150,7 @@ class LogFault:
     channels: tuple[str, ...]  # faulty outputs and inputs; `t` for time, `experiments` for whole logs
     problem: str  # such as "degrees" or "sign"
     #: Share of the known model's mean square error that the correction removes.
-    explains: float | None  # None where the fault does not concern the error
+    explains: float | None  # None where the samples show it without this error
     experiments: tuple[str, ...]  # ids of the faulty ones; () for all
     sentence: str  # observation and what to do about it
     decides: bool  # whether the fault decides the diagnosis

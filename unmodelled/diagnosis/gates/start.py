@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +11,7 @@ import sympy as sp
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.remark import listed, quantity
+from unmodelled.effects.motion import mobility
 from unmodelled.engine.fmu.stepper import defaults
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System, symbol
@@ -27,12 +28,12 @@ _STORING = {parse_unit(unit).dimension for unit in ("kg", "kg m^2", "F", "H", "J
 def impossible_start(system: System) -> str:
     """Return why a system cannot start as it is, with the number to blame; empty if it can.
 
-    Initial states, rates and outputs have values for some inputs, and every mass, moment of inertia or other
-    store is positive. A number in the unit of a store that is only a part of one, such as a product of
-    inertia, may be negative.
+    Initial states, rates and outputs have values for some inputs, no input acts before it is given, and every
+    mass, moment of inertia or other store is positive, also one that is a difference of numbers. A number in
+    the unit of a store that is only a part of one, such as a product of inertia, may be negative.
     """
     start = _Start(system)
-    return next((fault for faults in (start.missing(), start.negative()) for fault in faults), "")
+    return next((fault for faults in start.faults() for fault in faults), "")
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,29 @@ class _Start:
             if s.initial.is_Number:
                 for other in _others(float(s.initial)):
                     yield f"the start {s.name} = {quantity(float(s.initial), s.unit)}", {}, {k: other}
+
+    def faults(self) -> Sequence[Iterator[str]]:
+        """Return the faults of every kind, the clearest first."""
+        return self.missing(), self.early(), self.negative(), self.turned()
+
+    def early(self) -> Iterator[str]:
+        """Yield inputs that act before they are given, which only a log can tell."""
+        for item in self.system.inputs:
+            if item.delay < 0.0:
+                yield (
+                    f"{item.name} acts {quantity(-item.delay, 's')} before it is given: write a delay of 0 "
+                    "or more into the system file"
+                )
+
+    def turned(self) -> Iterator[str]:
+        """Yield ports that a load moves the wrong way at all inputs and constants."""
+        ports = [replace(p, velocity=p.velocity or p.position) for p in self.system.ports]
+        program = Program.of_values(self.system, [mobility(self.system, port) for port in ports])
+        moved = self.values(program, np.array(self.system.values), {})
+        for port, each in zip(ports, moved.T, strict=True):
+            if (each > 0.0).all():
+                what = "mass or inertia" if port.domain == "power" else "capacity"
+                yield f"the {what} at {port.name} is negative at the start: correct the system file"
 
     def negative(self) -> Iterator[str]:
         """Yield stores that are negative: with their signs, a divisor of a rate changes its sign."""

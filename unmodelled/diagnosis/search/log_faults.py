@@ -123,7 +123,8 @@ def _of_ratio(trials: Trials, ratio: Ratio) -> LogFault:
     nothing = np.zeros(len(logs))
     tried = [_identified(trials, _only(question, ratio.runs, steps, nothing, nothing)) for question in asked]
     best, *alike = _best(trials, tried)
-    return _fault(trials, best, alike)
+    # the samples contradict each other; the error of the model only tells which column is wrong
+    return replace(_fault(trials, best, alike), explains=None)
 
 
 def _unrelated(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:

@@ -21,6 +21,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.inspection.pairs import FACTOR, REST, SAME
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.time_units import on_clock
 from unmodelled.systems.model import System
 
 #: Points at which two outputs are compared, and the rounding error of their quotient.
@@ -234,8 +235,8 @@ def _stands(logs: Logs, rate: Rate, output: int, runs: Mask, since: float) -> Lo
     name = logs.outputs[output]
     (other,) = {logs.outputs[rate.position], logs.outputs[rate.speed]} - {name}
     said = (
-        f"{name}{_of(logs, runs)} stands still from {since:.4g} s to the end, while {other} moves on. Repair "
-        "the recording, or cut it there, then diagnose again."
+        f"{name}{_of(logs, runs)} stands still from {on_clock(since, logs.clock)} to the end, while {other} "
+        "moves on. Repair the recording, or cut it there, then diagnose again."
     )
     return LogFault((name,), STANDS, None, _ids(logs, runs), said, True)
 

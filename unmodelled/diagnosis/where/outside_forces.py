@@ -15,6 +15,7 @@ from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.time_units import on_clock
 
 #: Name of the fault in diagnosis.json.
 OUTSIDE_FORCE = "outside_force"
@@ -130,7 +131,8 @@ def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch], a
     for run in runs:
         mine = sorted((s for s in found if s.run == run), key=lambda s: -abs(s.effort))
         told = [
-            f"{quantity(s.effort, units[s.port])} at {s.port} from {s.start:.3g} to {s.end:.3g} s"
+            f"{quantity(s.effort, units[s.port])} at {s.port} from {on_clock(s.start, logs.clock)} "
+            f"to {on_clock(s.end, logs.clock)}"
             for s in sorted(mine[:LISTED], key=lambda s: s.start)
         ]
         if len(mine) > LISTED:

@@ -14,6 +14,7 @@ from unmodelled.logs.inspection.register import register
 from unmodelled.logs.inspection.signal import Finding, Run, signals_of, spans_of
 from unmodelled.logs.inspection.spikes import spikes
 from unmodelled.logs.table import Columns
+from unmodelled.logs.time_units import on_clock
 from unmodelled.systems.model import System
 
 
@@ -75,8 +76,8 @@ def inspect(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
     return runs, [*found, *left, *more], ends
 
 
-def sentences(findings: Sequence[Finding]) -> Iterator[str]:
-    """Yield one sentence for every channel and kind of fault.
+def sentences(findings: Sequence[Finding], clock: str = "s") -> Iterator[str]:
+    """Yield one sentence for every channel and kind of fault; places in the unit of the clock.
 
     Examples:
         >>> found = [("run1", 1), ("run2", 2)]
@@ -92,7 +93,7 @@ def sentences(findings: Sequence[Finding]) -> Iterator[str]:
         same = list(group)
         runs = list(dict.fromkeys(each.run for each in same))
         count, first = sum(each.count for each in same), same[0]
-        where = f"in {_listed(runs)} (the first one at t = {first.first:.4g} s of {runs[0]})"
+        where = f"in {_listed(runs)} (the first one at t = {on_clock(first.first, clock)} of {runs[0]})"
         yield f"{first.channel} {first.what.format(count=count)} {where}: {first.cure}"
 
 
