@@ -55,6 +55,7 @@ def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
 CASES = {
     "garbage of an encoder": ("screw", (spiked, "s", 3.0), "s has .* spikes", 1e-4),
     "small spikes of an angle": ("swing", (spiked, "phi", 0.5), "phi has .* spikes", 0.01),
+    "small spikes of a speed": ("swing", (spiked, "tacho", 1.5), "tacho has .* spikes", 0.1),
     "garbage of a thermocouple": ("heater", (spiked, "T", 4e3), "T has .* spikes", 0.6),
     "dropouts of an angle": ("swing", (dropped, "phi"), "phi falls to 0 in", 0.1),
     "dropouts of a command": ("heater", (dropped, "power", 0.01), "power falls to 0 in", 50.0),

@@ -14,8 +14,8 @@ from unmodelled.logs.inspection.signal import REACH, Course, Finding, Run, Signa
 KIND = "spikes"
 #: Height of a spike, in largest steps around it: a position cannot go there and back within three samples,
 #: and where it bounces, its steps are as large before and after. Other channels can be quick, so that their
-#: spikes must be garbage far beyond all other samples. Zeros stand off a smooth course, in errors of
-#: reading a sample between its neighbours.
+#: spikes must be garbage far beyond all other samples. Zeros, and spikes of a state, stand off a smooth
+#: course, in errors of reading a sample between its neighbours.
 HEIGHT, HEIGHT_GARBAGE, HEIGHT_ZEROS = 5.0, 30.0, 10.0
 #: Smallest height of a spike, in the range of the channel: smaller ones are the count of an encoder.
 LEAST = 0.05
@@ -68,6 +68,10 @@ def _spikes(run: Run) -> Iterator[tuple[Signal, Mask]]:
             bad = tall & (height > HEIGHT_GARBAGE * course.steps) & far & ~driven
         if bad.any() and bad.mean() <= MOST:
             bad &= _stands_off(course.values, bad)[0] > HEIGHT
+        if signal.role == "state":  # what stores stays: a speed does not go there and back in three samples
+            single = _short(tall & (height > HEIGHT * course.steps) & ~driven)
+            if single.any() and single.mean() <= MOST:
+                bad |= single & (_stands_off(course.values, single)[0] > HEIGHT_ZEROS)
         if signal.role != "other":
             bad |= _dropouts(course.values, LEAST * run.spans[signal.column])
         if bad.any() and bad.mean() <= MOST and np.ptp(course.smooth) > 0.0:
