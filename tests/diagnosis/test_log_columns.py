@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.inspection.machines import PENDULUM, Frames
+from tests.inspection.machines import PENDULUM, Frames, Machine
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
@@ -25,6 +25,18 @@ SWING = replace(
 )
 #: The same without a tachometer.
 ANGLE = changed(SWING.system, (", tacho: {unit: rad/s, expression: rate}", ""))
+#: Two masses at the ends of a shaft, whose angles are logged.
+SHAFT = Machine(
+    text_of("two_masses.yaml"),
+    lambda x, u: np.array(
+        [x[1], (u - 45.0 * (x[0] - x[2])) / 0.01, x[3], 45.0 * (x[0] - x[2]) / 0.03],
+    ),
+    states=4,
+    force=0.6,
+    period=0.005,
+    logged=lambda x, rng: {f"q{k}": x[2 * k - 2] + 1e-4 * rng.standard_normal(x[0].shape) for k in (1, 2)},
+    drive="u",
+)
 Spoil = Callable[[Frames], Frames]
 
 
@@ -119,6 +131,23 @@ def test_the_physics_tells_a_factor_in_two_runs(frames: Frames, tmp_path: Path) 
     (fault,) = told(scaled("phi", 10.0, "run2", "run4")(frames), tmp_path, ANGLE)
     assert (fault.problem, fault.channels, fault.experiments) == ("factor", ("phi",), ("run2", "run4"))
     assert "like 10" in fault.sentence or "like 9.9" in fault.sentence
+
+
+def test_the_physics_tells_a_factor_of_an_input_in_a_run(frames: Frames, tmp_path: Path) -> None:
+    """Without a speed beside the angle."""
+    (fault,) = told(scaled("torque", 3.0, "run2")(frames), tmp_path, ANGLE)
+    assert (fault.problem, fault.channels, fault.experiments) == ("factor", ("torque",), ("run2",))
+
+
+@pytest.mark.parametrize("runs", [(), ("run2", "run4")])
+def test_the_physics_tells_exchanged_outputs(runs: tuple[str, ...], tmp_path: Path) -> None:
+    """Angles of both ends of a shaft, without a speed beside them."""
+    frames = SHAFT.frames(3, 6, 900)
+    headers = {"q1": "q2", "q2": "q1"}
+    wrong = frames | {run: frames[run].rename(columns=headers) for run in runs or EVERY}
+    assert told(frames, tmp_path, SHAFT.system) == []
+    (fault,) = told(wrong, tmp_path, SHAFT.system)
+    assert (fault.problem, fault.channels, fault.experiments) == ("exchanged", ("q1", "q2"), runs)
 
 
 def test_which_output_is_the_rate_of_another(tmp_path: Path) -> None:

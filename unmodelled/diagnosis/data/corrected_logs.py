@@ -23,7 +23,8 @@ class Correction:
     drive: Array  # of the inputs, (experiments, inputs)
     clock: Array  # of time, (experiments,)
     inputs: Array | None = None  # replace the logged ones, (samples, inputs); nan where these stay
-    owner: Indices | None = None  # experiment of every sample of `inputs`, (samples,)
+    outputs: Array | None = None  # replace the logged ones, (samples, outputs); nan where these stay
+    owner: Indices | None = None  # experiment of every sample of `inputs` and `outputs`, (samples,)
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
@@ -36,6 +37,17 @@ class Correction:
         """Return the correction that replaces all inputs (samples, inputs)."""
         return replace(cls.none(logs), inputs=inputs, owner=logs.owner)
 
+    @classmethod
+    def exchanged(cls, logs: Logs, one: int, other: int) -> Correction:
+        """Return the correction that exchanges two outputs, by their numbers."""
+        order = np.arange(len(logs.outputs))
+        order[[one, other]] = order[[other, one]]
+        return replace(cls.none(logs), outputs=logs.y[:, order], owner=logs.owner)
+
+    def read_outputs(self, logs: Logs) -> Array:
+        """Return the outputs (samples, outputs) before gain and offset: as logged, or replaced."""
+        return _replaced(logs.y, self.outputs)
+
     def only(self, runs: Mask) -> Correction:
         """Restrict the correction to some experiments: mask (experiments,)."""
         mine = runs[:, None]
@@ -45,16 +57,22 @@ class Correction:
             offset=np.where(mine, self.offset, 0.0),
             drive=np.where(mine, self.drive, 1.0),
             clock=np.where(runs, self.clock, 1.0),
-            inputs=None if self.inputs is None else np.where(runs[self.owner][:, None], self.inputs, np.nan),
+            inputs=self._where(runs, self.inputs),
+            outputs=self._where(runs, self.outputs),
         )
+
+    def _where(self, runs: Mask, values: Array | None) -> Array | None:
+        """Values (samples, n) that replace logged ones, in some experiments (experiments,) only."""
+        return None if values is None else np.where(runs[self.owner][:, None], values, np.nan)
 
     @property
     def corrected(self) -> Mask:
         """Return the mask, shape (experiments,), of changed experiments."""
         changed = (self.gain != 1.0) | (self.offset != 0.0)
         changed = changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0)
-        if self.inputs is not None and self.owner is not None:
-            changed[self.owner[np.isfinite(self.inputs).any(axis=1)]] = True
+        for values in (self.inputs, self.outputs):
+            if values is not None and self.owner is not None:
+                changed[self.owner[np.isfinite(values).any(axis=1)]] = True
         return np.asarray(changed)
 
     @property
@@ -64,15 +82,14 @@ class Correction:
 
     def logs(self, system: System, logs: Logs) -> Logs:
         """Return the corrected logs."""
-        y = self.gain[logs.owner] * logs.y + self.offset[logs.owner]
+        y = self.gain[logs.owner] * self.read_outputs(logs) + self.offset[logs.owner]
         common = self.common
         period = common * logs.period
         # the delays of the inputs were applied on the clock of the file
         late = tuple(common * delay for delay in logs.delays)
-        u = logs.u if self.inputs is None else np.where(np.isnan(self.inputs), logs.u, self.inputs)
-        u = self.drive[logs.owner] * u
+        u = self.drive[logs.owner] * _replaced(logs.u, self.inputs)
         corrected = replace(logs, y=y, u=u, t=common * logs.t, period=period, delays=late)
-        if (self.gain != 1.0).any() or (self.offset != 0.0).any():
+        if self.outputs is not None or (self.gain != 1.0).any() or (self.offset != 0.0).any():
             corrected = replace(corrected, limits={})  # the ends are those of the values as logged
         corrected = with_delays(system, corrected)
         if (self.clock == common).all():
@@ -89,6 +106,8 @@ class Correction:
 
     def sensors(self, logs: Logs, measured: Sensors) -> Sensors:
         """Return the sensors of corrected logs."""
+        if self.outputs is not None:
+            return Sensors(logs)
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))
 
@@ -124,3 +143,8 @@ class Correction:
                 part = np.column_stack([np.empty((len(instants), 0)), *read])  # a system may have no inputs
             parts.append(part)
         return np.concatenate(parts)
+
+
+def _replaced(logged: Array, values: Array | None) -> Array:
+    """Return columns (samples, n) of which some cells are replaced."""
+    return logged if values is None else np.where(np.isnan(values), logged, values)

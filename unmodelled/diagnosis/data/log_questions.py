@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -67,6 +68,10 @@ UNRELATED = replace(
     NO_EFFECT,
     looks="as if it had nothing to do with the outputs: random signals of its spectrum predict them as well",
 )
+EXCHANGED = LogProblem(
+    *("exchanged", 1.0, "", "as if their columns were exchanged", "read the other way round"),
+    "Check the headers",
+)
 CLOCKS = (
     LogProblem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
     LogProblem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
@@ -101,18 +106,25 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
                 yield _scaled(problem, channels, logs)
 
 
+def exchanged(logs: Logs) -> Iterator[Question]:
+    """Yield the question whether two outputs are exchanged, for every pair."""
+    for one, other in combinations(range(len(logs.outputs)), 2):
+        names = logs.outputs[one], logs.outputs[other]
+        yield Question(EXCHANGED, names, Correction.exchanged(logs, one, other))
+
+
 def without_inputs(logs: Logs) -> Question:
     """Return the question whether no input has anything to do with the outputs."""
     return _scaled(UNRELATED, logs.inputs, logs)
 
 
-def multiplied(logs: Logs, output: str, factor: float) -> Question:
-    """Return the question whether an output is to be multiplied by a factor."""
+def multiplied(logs: Logs, channel: str, factor: float) -> Question:
+    """Return the question whether a channel is to be multiplied by a factor."""
     problem = LogProblem(
         *("factor", factor, "", f"like {1.0 / factor:.3g} times its unit", f"multiplied by {factor:.4g}"),
-        "Check the unit and the range of the sensor in these runs",
+        "Check the unit and the range of the column in these runs",
     )
-    return _scaled(problem, (output,), logs)
+    return _scaled(problem, (channel,), logs)
 
 
 def _multiples(system: System, logs: Logs) -> Iterator[Question]:

@@ -19,6 +19,7 @@ from unmodelled.diagnosis.data.log_questions import (
     Question,
     clocks,
     constants,
+    exchanged,
     moves_without_input,
     multiplied,
     questions,
@@ -179,15 +180,15 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
 
 def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator[Suspect]:
     """Yield corrections by given factors; errors of logs as read and of persistence are (experiments,)."""
-    logs = trials.logs
-    for question in questions(trials.system, logs, before.sum() > USELESS * nothing.sum()):
+    logs, useless = trials.logs, before > USELESS * nothing
+    asked = questions(trials.system, logs, before.sum() > USELESS * nothing.sum())
+    for question in (*asked, *exchanged(logs)):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
             if suspect.explains > trials.thresholds.suspect_share:
                 yield suspect
-    exchanged = swapped(trials, steps, before) if np.any(before > USELESS * nothing) else ()
-    for question in (*slow_inputs(logs), *exchanged):
+    for question in (*slow_inputs(logs), *(swapped(trials, steps, before) if useless.any() else ())):
         after = trials.square(question.correction, steps)
         yield _only(question, question.correction.corrected, steps, before, after)
     # a right clock, a thousand times faster, would make one window of every experiment; the number of

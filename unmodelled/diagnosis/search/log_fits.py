@@ -1,5 +1,5 @@
 """Faults of logs of which the size is fitted: an offset of one experiment, a clock that runs fast or slow,
-a factor of an output."""
+a factor of a channel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_RUNS = 40
 TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
-#: Logarithms of the factors of outputs that are tried: from 0.01 to 100.
+#: Logarithms of the factors of channels that are tried: from 0.01 to 100.
 GAINS = np.log(10.0) * np.linspace(-2.0, 2.0, 13)
 #: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
 REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
@@ -40,7 +40,7 @@ def of_every(trials: Trials, steps: int) -> Question:
 
 
 def of_some(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit an offset, the clock and factors of outputs to an experiment that stands out.
+    """Fit an offset, the clock and factors of channels to an experiment that stands out.
 
     Its error is the largest of `before` (experiments,). The offset is that of this experiment alone; clock
     and factors may be those of others, too, so that they are asked of this one and of all.
@@ -57,7 +57,7 @@ def of_some(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     clock = _factor(alone, steps)
     yield clock_of(trials, clock, ~others)
     yield clock_of(trials, clock, np.ones_like(others))
-    for name in trials.logs.outputs:
+    for name in (*trials.logs.outputs, *trials.logs.inputs):
         factor = _gain(alone, steps, name)
         if abs(np.log(factor)) > np.log(FACTOR):  # no gain of a sensor
             yield multiplied(trials.logs, name, factor)
@@ -91,11 +91,11 @@ def _factor(trials: Trials, steps: int) -> float:
     return float(np.exp(_lowest(square, FACTORS)[0]))
 
 
-def _gain(alone: Trials, steps: int, output: str) -> float:
-    """Return the factor of an output of one experiment with the smallest error."""
+def _gain(alone: Trials, steps: int, channel: str) -> float:
+    """Return the factor of a channel of one experiment with the smallest error."""
 
     def square(logarithm: float) -> float:
-        question = multiplied(alone.logs, output, float(np.exp(logarithm)))
+        question = multiplied(alone.logs, channel, float(np.exp(logarithm)))
         return float(alone.square(question.correction, steps).sum())
 
     return float(np.exp(_lowest(square, GAINS)[0]))

@@ -52,7 +52,11 @@ class Trials:
     @cached_property
     def deviations(self) -> Array:
         """Return the standard deviation within every experiment, shape (experiments, outputs)."""
-        return np.array([self.logs.y[self.logs.rows(i)].std(axis=0) for i in range(len(self.logs))])
+        return self._deviations(self.none)
+
+    def _deviations(self, correction: Correction) -> Array:
+        y = correction.read_outputs(self.logs)
+        return np.array([y[self.logs.rows(i)].std(axis=0) for i in range(len(self.logs))])
 
     @cached_property
     def substeps(self) -> int:
@@ -121,7 +125,7 @@ class Trials:
 
     def _in_deviations(self, error: Array, recording: Recording, correction: Correction) -> Array:
         gain = np.abs(correction.gain)
-        size = gain * self.deviations
+        size = gain * (self.deviations if correction.outputs is None else self._deviations(correction))
         # an experiment near rest would outweigh the others; one that a gain makes small must not count less
         size = np.maximum(size, np.minimum(gain, 1.0) * np.median(size, axis=0))
         size = np.where(size > 0.0, size, 1.0)[recording.owner][:, None, None]
