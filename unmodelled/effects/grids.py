@@ -28,11 +28,8 @@ def creep(at: Site, holds: bool = True) -> Shape:
 
     It starts where friction of the missing effort's magnitude would stop the port within one sampling period.
     Where friction can hold the port over an integration step (see `systems.sticking`), it can fall until a
-    held port creeps less in the longest experiment than it moves in one sampling period.
-
-    Args:
-        at: port with the magnitudes of its quantities.
-        holds: whether friction acts on the acceleration of the port itself; default True.
+    held port creeps less in the longest experiment than it moves in one sampling period. It `holds` a port on
+    whose own acceleration it acts.
     """
     start, speed = stopping(at), at["v"].rms
     least = start / 3.0

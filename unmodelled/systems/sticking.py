@@ -31,14 +31,8 @@ def held(states: tuple[sp.Symbol, ...], rates: tuple[sp.Expr, ...]) -> tuple[sp.
 
     Of z' = s - k*tanh(z), the excess of h*k over one is taken where the step h ends: the linear part of the
     rates is then never faster than 1/h. Corners that act on each other, such as of the joints of an arm, are
-    solved one after the other (Gauss and Seidel).
-
-    Args:
-        states: states of the equations.
-        rates: their time derivatives, with the laws of all ports inserted.
-
-    Returns:
-        Rates, the same ones where no corner slows its own argument.
+    solved one after the other (Gauss and Seidel). The rates have the laws of all ports inserted; they are the
+    same where no corner slows its own argument.
     """
     moving = set(states)
     corners = sorted(
