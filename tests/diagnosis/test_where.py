@@ -204,9 +204,8 @@ def test_a_push_is_told_with_time_and_size(tmp_path: Path, push: float) -> None:
     assert fault is not None and not fault.decides
     assert (fault.channels, fault.problem, fault.experiments) == (("joint",), "outside_force", ("run2",))
     # an effort takes power out of the system, a push in the direction of the motion puts it in
-    amount, start, end = (
-        float(word) for word in re.findall(r"(\S+) (?:N m at|s to|s in)", fault.sentence)[:3]
-    )
+    numbers = re.findall(r"(?<= )-?\d[\d.]*(?=\s)", fault.sentence)
+    amount, start, end = map(float, numbers[:3])
     assert amount == pytest.approx(-push, rel=0.15)
     assert [start, end] == pytest.approx([0.4, 0.6], abs=0.03)
     assert fault.explains == pytest.approx(1.0, abs=0.15)
