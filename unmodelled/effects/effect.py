@@ -12,7 +12,7 @@ from unmodelled.effects.known_terms import stiffness
 from unmodelled.effects.law import Law
 from unmodelled.effects.load import carries
 from unmodelled.effects.motion import is_inertial
-from unmodelled.effects.place import Place, Site, site
+from unmodelled.effects.place import Kind, Place, Site, site
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.surroundings import surroundings
 from unmodelled.systems.model import Domain, Port, System
@@ -199,3 +199,12 @@ class ParameterEffect(LawEffect):
         constant = (parameter for parameter in system.parameters if not parameter.per_experiment)
         ordered = sorted(constant, key=lambda parameter: not parameter.identify)
         return tuple(Place("parameter", parameter.name) for parameter in ordered)
+
+
+#: What a law is about by the kind of its place, where no law of the library says more.
+PLACE_KINDS: Mapping[Kind, LawKind] = {
+    "port": PortEffect.kind,
+    "actuator": ActuatorEffect.kind,
+    "sensor": SensorEffect.kind,
+    "parameter": ParameterEffect.kind,
+}

@@ -13,25 +13,11 @@ from unmodelled import effects as package
 from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput
 from unmodelled.effects.added import Added
-from unmodelled.effects.effect import (
-    ActuatorEffect,
-    Effect,
-    LawKind,
-    ParameterEffect,
-    PortEffect,
-    SensorEffect,
-)
+from unmodelled.effects.effect import PLACE_KINDS, Effect, LawKind, PortEffect
 from unmodelled.systems.model import System
 
 #: Group of entry points by which other packages add laws; each names an object, not a class.
 GROUP = "unmodelled.laws"
-#: Base classes of laws by kind of place.
-_BASES = {
-    "port": PortEffect,
-    "actuator": ActuatorEffect,
-    "sensor": SensorEffect,
-    "parameter": ParameterEffect,
-}
 
 
 @cache
@@ -53,7 +39,7 @@ def _kinds() -> dict[tuple[str, str], LawKind]:
 
 def kind_of(added: Added) -> LawKind:
     """Return the kind of a law; that of its place for a law that is not in the library."""
-    return _kinds().get((added.family, added.variant), _BASES[added.place.kind].kind)
+    return _kinds().get((added.family, added.variant), PLACE_KINDS[added.place.kind])
 
 
 def without_own_laws(system: System) -> tuple[str, ...]:

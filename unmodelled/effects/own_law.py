@@ -15,7 +15,7 @@ from unmodelled.base.answers import check_content
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.effects import law as laws
 from unmodelled.effects.contract import check_effect
-from unmodelled.effects.effect import LawEffect, LawKind
+from unmodelled.effects.effect import PLACE_KINDS, LawEffect, LawKind
 from unmodelled.effects.grids import stopping
 from unmodelled.effects.load import carries
 from unmodelled.effects.place import Kind, Place, Site
@@ -35,13 +35,6 @@ LOCAL: Mapping[Kind, tuple[str, ...]] = {
     "parameter": ("p",),
 }
 ABSENT: Mapping[Kind, str] = {"port": "0", "actuator": "u", "sensor": "y", "parameter": "p"}
-#: Subject of a law by kind of place.
-SUBJECT: Mapping[Kind, LawKind] = {
-    "port": "curve",
-    "actuator": "drive",
-    "sensor": "sensor",
-    "parameter": "number",
-}
 #: Coordinate of a port by its local name.
 COORDINATES = {"x": "position", "v": "velocity"}
 #: A corner of dry friction in a formula, and what a simulation can pass.
@@ -144,7 +137,7 @@ class Law(LawEffect):
     @property
     def kind(self) -> LawKind:  # type: ignore[override]
         """Subject of the law: that of laws at such places."""
-        return SUBJECT[self.at]
+        return PLACE_KINDS[self.at]
 
     @property
     def complexity(self) -> float:  # type: ignore[override]

@@ -19,11 +19,15 @@ from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.opposite import Pairs, comparable_ports, opposite_ports, with_ports_between
+from unmodelled.diagnosis.where.opposite import (
+    MOST_BETWEEN,
+    Pairs,
+    comparable_ports,
+    opposite_ports,
+    with_ports_between,
+)
 from unmodelled.effects.added import Added
 
-#: Pairs of ports up to which a port is added between all of them where nothing else explains the gap.
-MOST_BETWEEN = 3
 #: Share that equal and opposite efforts beside named effects may leave of what only two efforts explain: the
 #: named effects leave errors of their own.
 BESIDE = 0.5

@@ -16,13 +16,15 @@ from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.where.opposite import comparable_ports, with_named_ports, with_ports_between
+from unmodelled.diagnosis.where.opposite import (
+    MOST_BETWEEN,
+    comparable_ports,
+    with_named_ports,
+    with_ports_between,
+)
 from unmodelled.effects.effect import Effect
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-
-#: Pairs of ports up to which a port is added between all of them.
-MOST_BETWEEN = 3
 
 
 def diagnose_by_evidence(

@@ -24,11 +24,9 @@ from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel, LogFault, Remainder
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.effects.added import Added
-
-#: Largest confidence of a diagnosis: none is certain.
-HIGHEST = 0.99
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +90,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     reported = [n for law in answered.laws for n in law.reported]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
-        confidence=min(sure, HIGHEST),
+        confidence=min(sure, HIGHEST_CONFIDENCE),
         chance=chance,
         effects=_effects(answered),
         remainder=_remainder(answered),
@@ -132,7 +130,7 @@ def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
                 law,
                 {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in law.reported},
                 own={},
-                confidence=min(probability_of(look, one), HIGHEST),
+                confidence=min(probability_of(look, one), HIGHEST_CONFIDENCE),
                 shrink=float(shares(squares, floor, k, k + 1)),
                 interval=share_interval(steps, k, k + 1, answered.study.seed),
                 indistinguishable=tuple(each.added for each in one.members[1:many]),

@@ -32,9 +32,7 @@ class Numbers:
     @cached_property
     def _covariance(self) -> Array:
         """Covariance (open, open) of the linearised fit, in plausible sizes."""
-        around = self.last.around
-        products = around.bare[around.sigma].each.sum(axis=0) + around.prior
-        return np.asarray(np.linalg.inv(products[:-1, :-1]), np.float64)
+        return np.asarray(np.linalg.inv(self.last.around.normal[:-1, :-1]), np.float64)
 
     @cached_property
     def _scatter(self) -> Array:

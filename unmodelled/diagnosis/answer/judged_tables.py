@@ -21,7 +21,7 @@ LISTED = 20
 
 def compared(found: Judgement) -> tuple[Compared, ...]:
     """Return the known physics and all refits by predictions of experiments left out, the best first."""
-    rows: list[tuple[tuple[Added, ...], LeftOutRuns]] = [((), _without(found.look))]
+    rows: list[tuple[tuple[Added, ...], LeftOutRuns]] = [((), found.look.parent.score)]
     named = rows[0]
     for k, look in enumerate(found.rounds):
         before = tuple(law.speaker.added for law in found.laws[:k])
@@ -46,10 +46,6 @@ def _row(effects: tuple[Added, ...], score: LeftOutRuns, named: LeftOutRuns) -> 
     return Compared(effects, own, difference, error, score is named)
 
 
-def _without(look: Look) -> LeftOutRuns:
-    return LeftOutRuns.of(look.parent.around)
-
-
 def _fitted(look: Look) -> list[Refit]:
     """The refits that leave no more than their parent, the best first."""
     return sorted((one for one in look.refits if np.isfinite(one.nats)), key=lambda one: -one.nats)
@@ -58,7 +54,7 @@ def _fitted(look: Look) -> list[Refit]:
 def probability_of(look: Look, found: LawClass) -> float:
     """Return the probability of a class among all laws that were compared, and none of them."""
     refits = _fitted(look)
-    scores = [_without(look).log_scores, *(one.score.log_scores for one in refits)]
+    scores = [look.parent.score.log_scores, *(one.score.log_scores for one in refits)]
     each, laws = probabilities(np.stack(scores))[1:].tolist(), {one.row.name for one in found.members}
     return float(sum(p for p, one in zip(each, refits, strict=True) if one.row.name in laws))
 
@@ -68,7 +64,7 @@ def chance_of_nothing(look: Look) -> float:
     best = max(_fitted(look), key=lambda one: one.nats, default=None)
     if best is None:
         return 1.0
-    return float(probabilities(np.stack([_without(look).log_scores, best.score.log_scores]))[0])
+    return float(probabilities(np.stack([look.parent.score.log_scores, best.score.log_scores]))[0])
 
 
 def left_by_best(look: Look) -> float:
@@ -89,7 +85,7 @@ def strangers(found: Judgement) -> tuple[str, ...]:
     """Return the ids of experiments that, left out, are predicted worse with the laws than without."""
     if not found.laws:
         return ()
-    with_laws, without = found.laws[-1].speaker.score, _without(found.look)
+    with_laws, without = found.laws[-1].speaker.score, found.look.parent.score
     worse = with_laws.log_scores < without.log_scores
     around = found.look.parent.around
     return tuple(around.fitted.recording.logs.ids[i] for i in around.runs[worse])

@@ -60,10 +60,11 @@ def best_class(found: Sequence[Refit]) -> LawClass | None:
     best = standing[0]
     near = [one for one in standing if best.nats - one.nats <= NEAR_NATS or _leaves_as_much(one, best)]
     near.sort(key=lambda one: one.row.atom.numbers)
-    plainest = {one.row.name: one for one in reversed(near)}
-    members = sorted(plainest.values(), key=near.index)
-    scores = np.stack([one.score.log_scores for one in members])
-    return LawClass(tuple(members), probabilities(scores))
+    plainest: dict[str, Refit] = {}
+    for one in near:
+        plainest.setdefault(one.row.name, one)
+    scores = np.stack([one.score.log_scores for one in plainest.values()])
+    return LawClass(tuple(plainest.values()), probabilities(scores))
 
 
 def _leaves_as_much(one: Refit, best: Refit) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.linear import Linearised, newton_step
 
 #: Draws of the weights of experiments for the probabilities of laws.
 DRAWS, SEED = 4000, 0
@@ -31,11 +31,10 @@ class LeftOutRuns:
     def of(cls, around: Linearised) -> LeftOutRuns:
         """Leave out every experiment of a fit once, at the likeliest size of deviations."""
         products = around.bare[around.sigma]
-        each, total, prior = products.each, products.each.sum(axis=0), around.prior
-        others = [total - own if len(each) > 1 else own for own in each]
-        steps = np.array([_step(one + prior) for one in others])
+        several = len(products.each) > 1
+        steps = np.array([newton_step(around.normal - several * own) for own in products.each])
         square, penalty = around.after(steps)
-        fitted, _ = around.after(np.tile(_step(total + prior), (len(each), 1)))
+        fitted, _ = around.settled
         root, owner = around.weights.root, around.columns.path.owner
         own = np.array([(root[owner == run] ** 2).sum(axis=(0, 1)) for run in around.runs])
         share = own / np.maximum(own.sum(axis=0), 1e-300)
@@ -73,8 +72,3 @@ def probabilities(scores: Array) -> Array:
     total = drawn @ scores.T
     weight = np.exp(total - total.max(axis=1, keepdims=True))
     return np.asarray((weight / weight.sum(axis=1, keepdims=True)).mean(axis=0))
-
-
-def _step(products: Array) -> Array:
-    """Step (open,) of the open numbers by products [open | residual]."""
-    return np.asarray(np.linalg.solve(products[:-1, :-1], products[:-1, -1]))

@@ -218,6 +218,16 @@ class Linearised:
         """Return products of [open | residual] by sigma."""
         return self.products(np.empty((*self.columns.path.error.shape, 0)))
 
+    @cached_property
+    def normal(self) -> Array:
+        """Return products (open + 1, open + 1) of [open | residual] with priors, of all experiments."""
+        return np.asarray(self.bare[self.sigma].each.sum(axis=0) + self.prior)
+
+    @cached_property
+    def settled(self) -> tuple[Array, Array]:
+        """Return squares (experiments, outputs) and penalties after a step of the open numbers: `after`."""
+        return self.after(np.tile(newton_step(self.normal), (len(self.runs), 1)))
+
     @property
     def pooled(self) -> float:
         """Return the evidence of the fit, nats, if all outputs are explained alike: for one linear step."""
@@ -235,12 +245,9 @@ class Linearised:
         The noise of every output is unknown. Pooled, an output of which a law explains all would be hidden
         behind another one, of which there is nothing to explain.
         """
-        products = self.bare[self.sigma].each.sum(axis=0) + self.prior
-        step = np.linalg.solve(products[:-1, :-1], products[:-1, -1])
-        squares, penalty = self.after(np.tile(step, (len(self.runs), 1)))
-        off = float(
-            step @ self.prior[:-1, :-1] @ step - 2.0 * step @ self.prior[:-1, -1] + self.prior[-1, -1]
-        )
+        step, (squares, penalty) = newton_step(self.normal), self.settled
+        moved = np.append(-step, 1.0)
+        off = float(moved @ self.prior @ moved)
         n, price = self.weights.each, float(self.bare[self.sigma].price.sum())
         size = np.log(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(n, 1e-300))
         return float(-0.5 * n @ size - 0.5 * (off + penalty.sum()) - price)
@@ -268,3 +275,8 @@ class Linearised:
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""
         return -0.5 * self.weights.samples * float(np.log(max(square, 1e-300))) - price
+
+
+def newton_step(products: Array) -> Array:
+    """Return the step (open,) of the open numbers by products [open | residual]."""
+    return np.asarray(np.linalg.solve(products[:-1, :-1], products[:-1, -1]))

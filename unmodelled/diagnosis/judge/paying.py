@@ -21,7 +21,7 @@ def paying_parts(around: Linearised) -> list[Key]:
     names = {u.name: k for k, u in enumerate(numbers)}
     parts = {e.key: [names[n] for n in e.priors if n in names] for e in chain_of(around.fitted.hypothesis)}
     left, gone = [key for key, own in parts.items() if own], list[int]()
-    products = around.bare[around.sigma].each.sum(axis=0) + around.prior
+    products = around.normal
     while left:
         without = {key: _evidence(around, products, [*gone, *parts[key]]) for key in left}
         least = max(left, key=lambda key: without[key])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -33,6 +34,11 @@ class Parent:
     residual: Residual
     around: Linearised
     weights: Weights  # of the base: nats of all rounds compare
+
+    @cached_property
+    def score(self) -> LeftOutRuns:
+        """Return the experiments left out, without a law more."""
+        return LeftOutRuns.of(self.around)
 
     @classmethod
     def of(cls, base: Base) -> Parent:

@@ -15,6 +15,8 @@ from unmodelled.effects.substitution import substituted
 from unmodelled.systems.model import Port, System, symbol
 
 Pairs = tuple[tuple[Port, Port], ...]
+#: Pairs of ports up to which a port is added between all of them without a sign of an effort there.
+MOST_BETWEEN = 3
 
 
 def comparable_ports(system: System) -> Pairs:
