@@ -17,7 +17,7 @@ from unmodelled.base.files import write_json
 from unmodelled.base.kind_words import kind_sentence
 from unmodelled.design.checked import check_answer
 from unmodelled.design.rivals import place_of
-from unmodelled.diagnosis.answer.chain_sentences import chain_entry, chain_sentence, small_gap
+from unmodelled.diagnosis.answer.chain_sentences import chain_entry, chain_sentence, most_alike, small_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import ChainPart, Diagnosis
@@ -188,3 +188,5 @@ def test_a_small_gap_names_what_would_remove_it(machine: tuple[System, Logs]) ->
     )
     spread = effect("scatter").add(system, B, scales_of(system, logs))
     assert "; parameter deviation of b would remove " in small_gap("theta", 0.01, spread, "number", 0.8)
+    alike = most_alike(law, "dry friction", 0.35).replace("\xa0", " ")
+    assert alike.startswith("most alike: dry friction at joint would remove 35 % of the squared gap, ")

@@ -11,11 +11,14 @@ from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import effect, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.judge import judgement
 from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_numbers, chain_of, unusual_parts
+from unmodelled.diagnosis.judge.classes import BAR, best_class
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
-from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.linear import Linearised, newton_step
+from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import correlation_time
 from unmodelled.diagnosis.judge.scan import row_of, scan
 from unmodelled.effects.library import effects
@@ -52,12 +55,24 @@ def test_friction_is_named_and_nothing_where_nothing_is(folder: Path) -> None:
     found = judged(folder / "friction", Bench())
     assert found.verdict == "effect"
     (law,) = found.laws
+    assert found.alike is None and found.final.explained > judgement.MAIN
     assert (law.speaker.row.atom.effect.family, law.kind) == ("coulomb_friction", "dry friction")
     size, error = law.speaker.numbers["F_c"]
     assert size == pytest.approx(0.06, rel=0.03) and abs(size - 0.06) < 4.0 * error
     assert law.probabilities.sum() == pytest.approx(1.0)
     none = judged(folder / "null", Bench(friction=0.0))
     assert none.verdict == "no_gap" and not none.laws
+
+
+def test_laws_that_leave_more_than_they_explain_are_not_named(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside a sensor that slips, friction explains a third of the squared gap."""
+    monkeypatch.setattr(judgement, "_verdict", lambda *_: "main_effect")
+    found = judged(folder / "slip", Bench(missed=0.02))
+    assert found.verdict == "unknown" and not found.laws and found.final.explained == 0.0
+    assert found.alike is not None and found.alike.speaker.row.place == ("joint", None, None)
+    assert found.alike.speaker.nats > BAR and found.alike.speaker.removed < judgement.MAIN
 
 
 @pytest.mark.long
@@ -114,6 +129,54 @@ def test_units_change_no_evidence(rubbing: Base) -> None:
             assert rows[0].amount == pytest.approx(57.3 * rows[1].amount, rel=1e-6)
             return
     raise AssertionError("dry friction is not among the laws")
+
+
+def test_no_change_of_the_outputs_changes_no_evidence(rubbing: Base) -> None:
+    around = Linearised.of(rubbing.fitted, rubbing.tau)
+    step, nothing = newton_step(around.normal), np.zeros(around.columns.path.error.shape)
+    assert around.evidence_with(nothing, step, around.sigma) == pytest.approx(around.evidence)
+    # the residual itself as a change leaves nothing
+    left = around.columns.path.error
+    assert around.evidence_with(left, 0.0 * step, around.sigma) > around.evidence + around.weights.samples
+
+
+@pytest.fixture(scope="module")
+def rubs(rubbing: Base) -> dict[str, Refit]:
+    """Laws at the joint, none of which was fitted but the first."""
+    parent, found = Parent.of(rubbing), dict[str, Refit]()
+    for row in scan(parent.around):
+        if row.name in ("coulomb_friction@joint", "stribeck_friction@joint", "viscous_friction@joint"):
+            if not found:
+                first = refit(parent, row)
+                assert first is not None
+                found[row.name] = first
+            found[row.name] = replace(next(iter(found.values())), row=row)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("plain", "other", "named"),
+    [
+        # nats and shares that are removed beside 100 nats and 0.9 of a Stribeck curve
+        *(((60.0, 0.75), (70.0, 0.75), "coulomb_friction"), ((60.0, 0.7), (91.0, 0.7), "viscous_friction")),
+        *(((91.0, 0.2), (60.0, 0.7), "coulomb_friction"), ((5.0, 0.75), (4.0, 0.9), "coulomb_friction")),
+        *(((-1.0, 0.75), (60.0, 0.7), "stribeck_friction"), ((60.0, 0.7), (60.0, 0.86), "viscous_friction")),
+    ],
+)
+def test_the_plainest_law_speaks_that_removes_nearly_as_much(
+    rubs: dict[str, Refit], plain: tuple[float, float], other: tuple[float, float], named: str
+) -> None:
+    sizes = (100.0, 0.9), plain, other
+    names = "stribeck_friction@joint", "coulomb_friction@joint", "viscous_friction@joint"
+    laws = [
+        replace(rubs[n], nats=nats, removed=share, square=np.array([1.0 - share]))
+        for n, (nats, share) in zip(names, sizes, strict=True)
+    ]
+    found = best_class(laws)
+    assert found is not None and found.speaker.row.name == f"{named}@joint"
+    nats = [one.nats for one in found.members[1:]]
+    assert nats == sorted(nats, reverse=True) and found.probabilities.sum() == pytest.approx(1.0)
+    assert best_class([replace(one, nats=10.0) for one in laws]) is None
 
 
 def test_the_linear_step_finds_dry_friction(rubbing: Base) -> None:

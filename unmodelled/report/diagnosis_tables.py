@@ -54,7 +54,8 @@ def gap_table(content: Mapping[str, Any]) -> Table:
         for name, (label, meaning) in GAPS.items()
         if name in gap and (name != "augmented" or content["effects"])
     ]
-    held = ", ".join(map(str, gap["held_out"]))
+    each = "experiments that are left out of the fit, each once"
+    held = each if content.get("evidence") else ", ".join(map(str, gap["held_out"]))
     about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
     columns = "Model", "Gap", "Description"
     return Table("gaps", "Gap on held-out experiments", columns, _numeric("010"), tuple(rows), about)

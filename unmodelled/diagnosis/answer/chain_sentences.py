@@ -64,14 +64,24 @@ def small_gap(output: str, share: float, added: Added, kind: str, removed: float
     The gap of the output is the `share` of the error of a prediction without a model; the law, of a kind
     such as dry friction, would remove the share `removed` of the squared gap.
     """
-    place = added.place
-    where = {"parameter": place.name} if place.kind == "parameter" else {}
-    law = kind_name({"kind": kind, "port": place.channel, **where})
-    (size,), (part,) = amounts([100.0 * share], "%"), amounts([100.0 * removed], "%")
+    law, (size,), (part,) = _kind(added, kind), amounts([100.0 * share], "%"), amounts([100.0 * removed], "%")
     return (
         f"the gap of {output} is {size} of the motion; {law} would remove {part} of its square: "
         f"if errors of this size matter, log motions in which {law} shows more"
     )
+
+
+def most_alike(added: Added, kind: str, removed: float) -> str:
+    """Return a note on the most alike law where none is named; it would remove the share `removed`."""
+    (part,) = amounts([100.0 * removed], "%")
+    return f"most alike: {_kind(added, kind)} would remove {part} of the squared gap, less than it leaves"
+
+
+def _kind(added: Added, kind: str) -> str:
+    """Kind and place in words."""
+    place = added.place
+    where = {"parameter": place.name} if place.kind == "parameter" else {}
+    return kind_name({"kind": kind, "port": place.channel, **where})
 
 
 def _role(part: ChainPart) -> Role:

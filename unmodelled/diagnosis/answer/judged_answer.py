@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from unmodelled.diagnosis.answer.chain_sentences import most_alike, small_gap
 from unmodelled.diagnosis.answer.judged_fits import LastFit
 from unmodelled.diagnosis.answer.judged_numbers import Numbers
 from unmodelled.diagnosis.answer.judged_tables import (
@@ -25,6 +26,7 @@ from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel, LogFault, Remainder
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE
+from unmodelled.diagnosis.judge.classes import best_class
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.effects.added import Added
 
@@ -158,7 +160,7 @@ def _remainder(answered: Answered) -> Remainder | None:
 
 
 def _notes(answered: Answered) -> Iterator[str]:
-    """Notes on inputs, added ports, and the gaps of models."""
+    """Notes on inputs, added ports, a gap too small to name a law, and the gaps of models."""
     held = [item.name for item in answered.study.system.inputs if item.hold]
     if held:
         yield f"inputs keep their values between samples (hold: true): {', '.join(held)}"
@@ -167,6 +169,22 @@ def _notes(answered: Answered) -> Iterator[str]:
             f"the system file has no port {listed(answered.between)}: its effort acts between two "
             "ports, its coordinates are those of the first port less those of the second one"
         )
+    yield from _too_small(answered.found)
+    if answered.found.alike is not None:
+        alike = answered.found.alike
+        yield most_alike(alike.speaker.added, alike.kind, alike.speaker.removed)
     models = answered.models.known, answered.models.augmented.model
     for model in models:
         yield from (f"{model.label}: {note}" for note in model.gap.notes)
+
+
+def _too_small(found: Judgement) -> Iterator[str]:
+    """A note on the class that would explain a gap which matters at no length."""
+    looks = () if found.laws or any(look.matters for look in found.looks) else reversed(found.looks)
+    for look, one in ((look, best_class(look.refits)) for look in looks):
+        if one is not None:
+            base, parent = look.parent.base, look.parent
+            share = base.share(parent.residual)
+            output = base.recording.logs.outputs[int(np.argmax(share))]
+            yield small_gap(output, float(share.max()), one.speaker.added, one.kind, one.speaker.removed)
+            return

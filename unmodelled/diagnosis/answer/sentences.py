@@ -180,10 +180,10 @@ def _gap(content: Entry) -> Iterator[str]:
         values = ", ".join(f"{m} {gap[m]:.3g}" for m in ("known", "reidentified", "augmented", "neural"))
         ids = gap["held_out"]
         more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
-        yield (
-            f"gap: {values}, noise floor {gap['floor']:.3g} (in standard deviations of the outputs, on "
-            f"held-out experiments {', '.join(ids[:MOST_IDS])}{more})"
-        )
+        held = f"held-out experiments {', '.join(ids[:MOST_IDS])}{more}"
+        where = "experiments that are left out of the fit, each once" if content.get("evidence") else held
+        floor = f"noise floor {gap['floor']:.3g}"
+        yield f"gap: {values}, {floor} (in standard deviations of the outputs, on {where})"
     yield f"persistence: {gap['persistence']:.3g}, the error if every output kept its value or its speed"
     if not checked:
         low, high = (100.0 * end for end in gap["interval"])

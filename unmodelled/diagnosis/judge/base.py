@@ -50,14 +50,15 @@ class Base:
         """Fit a hypothesis to the same windows, from each start apart; return the fit that leaves least."""
         substeps = self.fitted.fit.substeps
         found = [_fit(hypothesis, self.recording, start, substeps) for start in starts]
-        left = [float(np.log(Residual.of(f, self.residual.cap).square).sum()) for f in found]
-        return found[int(np.argmin(left))]
+        return min(found, key=_left)
 
     def matters(self, residual: Residual) -> bool:
         """Return whether a residual is above the noise of the sensors and a share of the motion."""
-        noises, recording = np.sqrt(residual.square), self.recording
-        share = noises * recording.noise / recording.scale / persistence(recording)
-        return bool(np.any((noises > NOISES) & (share > MATTERS)))
+        return bool(np.any((np.sqrt(residual.square) > NOISES) & (self.share(residual) > MATTERS)))
+
+    def share(self, residual: Residual) -> Array:
+        """Return a residual in errors of a prediction without a model, (outputs,)."""
+        return np.asarray(self.in_deviations(residual) / persistence(self.recording))
 
     def in_deviations(self, residual: Residual) -> Array:
         """Return a residual in standard deviations of the outputs, (outputs,)."""
@@ -90,26 +91,30 @@ def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
     count = max(len(recording.runs), 8, round(SAMPLES / float(recording.steps.mean())))
     recording, substeps = recording.thinned(count), begun.fit.substeps
     physics = _fit(Hypothesis.known(study), recording, begun.fit.every, substeps)
-    alone = Residual.of(physics)
-    tau = float(alone.tau.max())
-    chained = _chained(physics, alone, tau, shorter, ())
+    tau = float(Residual.of(physics).tau.max())
+    chained = _chained(physics, tau, shorter, ())
     without = list[Key]()
     while unusual := unusual_parts(chained, tau):
         without += unusual
-        chained = _chained(physics, alone, tau, shorter, without)
+        chained = _chained(physics, tau, shorter, without)
     return Base(chained, physics, Residual.of(chained), tau)
 
 
 def _chained(
-    physics: FittedHypothesis, alone: Residual, tau: float, shorter: Start | None, without: Collection[Key]
+    physics: FittedHypothesis, tau: float, shorter: Start | None, without: Collection[Key]
 ) -> FittedHypothesis:
     """The known physics with its chain, but for some parts, from its numbers and from a shorter fit."""
     hypothesis = with_chain(physics.hypothesis, tau, without)
     cold: Start = {**physics.fit.every, **start_of_chain(hypothesis)}
     starts = [cold] if shorter is None else [cold, {**cold, **shorter}]
     found = [_fit(hypothesis, physics.recording, start, physics.fit.substeps) for start in starts]
-    return min(found, key=lambda f: float(np.log(Residual.of(f, alone.cap).square).sum()))
+    return min(found, key=_left)
 
 
 def _fit(hypothesis: Hypothesis, recording: Recording, start: Start, substeps: int) -> FittedHypothesis:
     return FittedHypothesis.of(hypothesis, recording, [start], ITERATIONS, substeps, NEAR)
+
+
+def _left(fitted: FittedHypothesis) -> float:
+    """What a fit leaves, every output in its own unit: a sum of logarithms of squares."""
+    return float(np.log(Residual.of(fitted).square).sum())

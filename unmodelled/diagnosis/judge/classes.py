@@ -19,6 +19,8 @@ NEAR_NATS = 10.0
 #: Laws that leave at most so many times the squared residual of the best are one class with it: on a measured
 #: machine what is left is other physics, of which a flexible law takes a little more.
 NEAR_SQUARE = 1.5
+#: Share of what the best law removes that is nearly all of it.
+NEARLY_ALL = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,23 +53,28 @@ def stands(one: Refit) -> bool:
 def best_class(found: Sequence[Refit]) -> LawClass | None:
     """Return the class of the best law that stands, None if none does.
 
-    The speaker has the fewest numbers; of as many, the most evidence. Of the variants of a law at a place the
-    plainest is a member.
+    The best one must stand; what explains a share and cannot be told from it needs no evidence of its own.
+    The speaker has the fewest numbers; of as many, the most evidence. The others follow by their evidence, of
+    the variants of a law at a place the plainest alone.
     """
-    standing = sorted((one for one in found if stands(one)), key=lambda one: -one.nats)
-    if not standing:
+    some = [one for one in found if one.nats > 0.0 and one.removed >= SHARE]
+    order = sorted(some, key=lambda one: -one.nats)
+    best = next((one for one in order if stands(one)), None)
+    if best is None:
         return None
-    best = standing[0]
-    near = [one for one in standing if best.nats - one.nats <= NEAR_NATS or _leaves_as_much(one, best)]
+    near = [one for one in order if best.nats - one.nats <= NEAR_NATS or _is_twin(one, best)]
     near.sort(key=lambda one: one.row.atom.numbers)
     plainest: dict[str, Refit] = {}
     for one in near:
         plainest.setdefault(one.row.name, one)
-    scores = np.stack([one.score.log_scores for one in plainest.values()])
-    return LawClass(tuple(plainest.values()), probabilities(scores))
+    speaker, *others = plainest.values()
+    members = speaker, *sorted(others, key=lambda one: -one.nats)
+    scores = np.stack([one.score.log_scores for one in members])
+    return LawClass(members, probabilities(scores))
 
 
-def _leaves_as_much(one: Refit, best: Refit) -> bool:
-    """Whether a law leaves about the squared residual of the best one."""
-    more = np.exp(np.mean(np.log(one.residual.square / best.residual.square)))
-    return bool(more <= NEAR_SQUARE)
+def _is_twin(one: Refit, best: Refit) -> bool:
+    """Whether a law leaves about as much as the best one, or is a form of it that removes nearly as much."""
+    left = np.exp(np.mean(np.log(one.square / best.square)))
+    is_form = one.row.about == best.row.about and one.removed >= NEARLY_ALL * best.removed
+    return bool(left <= NEAR_SQUARE) or is_form

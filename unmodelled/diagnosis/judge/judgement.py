@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import bases
-from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class
+from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refits
 from unmodelled.diagnosis.judge.scan import scan
@@ -19,11 +19,11 @@ from unmodelled.effects.effect import USUAL_PERIODS
 
 #: Most laws beside each other.
 LAWS = 3
+#: Share of the squared residual from which laws are the main part of what is missing: more than they leave.
+MAIN = 0.5
 #: Samples per independent one up to which what no law explains is noise: white noise behind a lag that is
 #: usual in a logger.
 WHITE = 1.0 / np.tanh(0.5 / USUAL_PERIODS)
-#: Share of the squared residual that a law removes where the gap is small and yet named.
-NEARLY_ALL = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +55,7 @@ class Judgement:
     looks: tuple[Look, ...]  # by length, the shortest first
     rounds: tuple[Look, ...]  # in which each law was compared; the first is at the length that decides
     final: Parent  # with the laws
+    alike: LawClass | None = None  # the most alike class where nothing is named
 
     @property
     def look(self) -> Look:
@@ -86,18 +87,29 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     # 3. A further law must explain more than a free curve in the arguments of the laws so far.
     while laws and len(laws) < LAWS:
         say("look for a further law")
-        look, further = _further(parent)
+        look, further = _further(parent, laws)
         if further is None:
             break
         laws.append(further)
         rounds.append(look)
         parent = parent.beside(further.speaker)
-    return Judgement(_verdict(parent, matters, bool(laws)), tuple(laws), tuple(looks), tuple(rounds), parent)
+
+    # 4. What is left decides the verdict. Laws that leave more than they explain are not what is missing.
+    verdict = _verdict(parent, matters, bool(laws))
+    if verdict == "main_effect" and parent.explained < MAIN:
+        return Judgement("unknown", (), tuple(looks), (rounds[0],), rounds[0].parent, first)
+    return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
 
 
-def _further(parent: Parent) -> tuple[Look, LawClass | None]:
-    """Further laws beside a fit, and the class that is named, or None."""
-    found = refits(parent, scan(parent.around))
+def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass | None]:
+    """Further laws beside a fit with laws, and the class that is named, or None.
+
+    The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
+    stand in for each other, never beside each other.
+    """
+    named = [law.speaker.row.about for law in laws]
+    rows = [row for row in scan(parent.around) if row.nats >= BAR and row.about not in named]
+    found = refits(parent, rows)
     look = Look(parent, tuple(found))
     if best_class(found) is None:
         return look, None

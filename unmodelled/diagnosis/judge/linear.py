@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,52 +19,14 @@ from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Columns
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.judge.residual import correlation_time
+from unmodelled.diagnosis.judge.weights import Weights
 
 #: Sizes of the deviations of experiments, in their plausible size of 10 %: the likeliest of these counts.
 SIGMAS = 0.03, 0.1, 0.3, 1.0
-#: Samples that are compared: at least so many a window, at most so many in all, where there are more.
-FEWEST, MOST = 250, 20_000
 #: Standard deviation of open numbers and of starts of windows, in their plausible sizes.
 OPEN, START = 3.0, 3.0
 #: The same of a number of an experiment that has no prior.
 FREE = 10.0
-
-
-@dataclass(frozen=True, eq=False)
-class Weights:
-    """Weights of residuals over the same windows, those of the base, so that hypotheses compare."""
-
-    rows: Indices  # samples of a window that are compared, (rows,)
-    root: Array  # weights of their residuals in sensor noise, (windows, rows, outputs); 0 where none counts
-    each: Array  # independent samples of every output, (outputs,)
-
-    @classmethod
-    def of(cls, path: Path) -> Weights:
-        """Weigh the residuals of a path by their own size and correlation time."""
-        windows, K, outputs = path.error.shape
-        step = max(1, min(K // FEWEST, int(np.ceil(windows * K / MOST))))
-        rows = np.arange(step - 1, K, step)[: max(1, K // step)]
-        error, use = path.error[:, rows], path.root[:, rows] > 0.0
-        tau = np.array([correlation_time(error[..., j], use[..., j]) for j in range(outputs)])
-        square = (error**2 * use).sum(axis=(0, 1)) / np.maximum(use.sum(axis=(0, 1)), 1)
-        root = use / np.sqrt(np.maximum(square, 1e-12) * tau)
-        return cls(rows, root, use.sum(axis=(0, 1)) / tau)
-
-    @property
-    def samples(self) -> float:
-        """Return the independent samples of all outputs, at least two."""
-        return max(2.0, float(self.each.sum()))
-
-    def flat(self, columns: Array) -> Array:
-        """Return weighted columns, shape (windows, rows * outputs, N), from (windows, K, outputs, N)."""
-        weighted = np.nan_to_num(columns[:, self.rows]) * self.root[..., None]
-        windows, rows, outputs, many = weighted.shape
-        return weighted.reshape(windows, rows * outputs, many)
-
-    def price(self, numbers: int) -> float:
-        """Return the nats that numbers cost, log n / 2 each (Schwarz 1978)."""
-        return 0.5 * numbers * float(np.log(self.samples))
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +35,14 @@ class Products:
 
     each: Array  # (experiments, N + 1, N + 1)
     price: Array  # nats that the deviations cost, (experiments,)
+
+
+class Reduced(NamedTuple):
+    """Products of N columns and of the residual when all that is open has followed."""
+
+    products: Array  # (N + 1, N + 1)
+    steps: Array  # of the open numbers by column and by the residual, (open, N + 1)
+    price: float  # nats that deviations cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,12 +160,12 @@ class Linearised:
 
     def reduced(
         self, products: Mapping[float, Products], here: Mask | None = None
-    ) -> Mapping[float, tuple[Array, float]]:
-        """Return products (N + 1, N + 1) of columns and residual without open numbers, and prices.
+    ) -> Mapping[float, Reduced]:
+        """Return products of columns and residual without open numbers by sigma.
 
         The columns are there in some experiments `here` (experiments,) only, in all of them unless given.
         """
-        found = {}
+        found = dict[float, Reduced]()
         for sigma, one in products.items():
             full, many = one.each.sum(axis=0), one.each.shape[1] - self.opened - 1
             if here is not None:
@@ -205,13 +176,13 @@ class Linearised:
             gone = many + np.arange(self.opened)
             left = np.linalg.solve(full[np.ix_(gone, gone)], full[np.ix_(gone, kept)])
             total = full[np.ix_(kept, kept)] - full[np.ix_(kept, gone)] @ left
-            found[sigma] = total, float(one.price.sum())
+            found[sigma] = Reduced(total, left, float(one.price.sum()))
         return found
 
     @cached_property
     def _pooled(self) -> Mapping[float, float]:
         """Evidence of the fit by sigma, nats, all outputs alike."""
-        return {s: self.likelihood(G[-1, -1], price) for s, (G, price) in self.reduced(self.bare).items()}
+        return {s: self.pooled(one, one.products[-1, -1]) for s, one in self.reduced(self.bare).items()}
 
     @cached_property
     def bare(self) -> Mapping[float, Products]:
@@ -229,9 +200,14 @@ class Linearised:
         return self.after(np.tile(newton_step(self.normal), (len(self.runs), 1)))
 
     @property
-    def pooled(self) -> float:
-        """Return the evidence of the fit, nats, if all outputs are explained alike: for one linear step."""
-        return max(self._pooled.values())
+    def squares(self) -> Array:
+        """Return weighted mean squares (outputs,) after a step of the open numbers."""
+        return self._mean(self.settled[0])
+
+    def pooled(self, reduced: Reduced, square: float) -> float:
+        """Return the evidence, nats, if all outputs are explained alike: it chooses shapes and sizes."""
+        least = max(square, 1e-12 * float(reduced.products[-1, -1]))
+        return self.likelihood(least, reduced.price)
 
     @property
     def sigma(self) -> float:
@@ -240,34 +216,57 @@ class Linearised:
 
     @cached_property
     def evidence(self) -> float:
-        """Return the evidence of the fit, nats, up to a constant of the weights.
+        """Return the evidence of the fit, nats, up to a constant of the weights."""
+        return self._evidence(newton_step(self.normal), self.settled, self.sigma)
 
-        The noise of every output is unknown. Pooled, an output of which a law explains all would be hidden
-        behind another one, of which there is nothing to explain.
+    def evidence_with(self, added: Array, step: Array, sigma: float) -> float:
+        """Return the evidence, nats, with a change `added` (windows, K, outputs) of outputs, in sensor noise.
+
+        It is there beside a step (open,) of the open numbers.
         """
-        step, (squares, penalty) = newton_step(self.normal), self.settled
-        moved = np.append(-step, 1.0)
-        off = float(moved @ self.prior @ moved)
-        n, price = self.weights.each, float(self.bare[self.sigma].price.sum())
-        size = np.log(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(n, 1e-300))
-        return float(-0.5 * n @ size - 0.5 * (off + penalty.sum()) - price)
+        change = self.weights.flat(-added[..., None])[..., 0]
+        return self._evidence(step, self.after(np.tile(step, (len(self.runs), 1)), sigma, change), sigma)
 
-    def after(self, steps: Array) -> tuple[Array, Array]:
+    def _evidence(self, step: Array, after: tuple[Array, Array], sigma: float) -> float:
+        """Evidence after a step of the open numbers; the noise of every output is unknown.
+
+        Pooled, an output of which a law explains all would be hidden behind another one, of which there is
+        nothing to explain.
+        """
+        squares, penalty = after
+        moved = np.append(-step, 1.0)
+        off = float(moved @ self.prior @ moved) + float(penalty.sum())
+        price = float(self.bare[sigma].price.sum())
+        return float(-0.5 * self.weights.each @ np.log(self._mean(squares)) - 0.5 * off - price)
+
+    def _mean(self, squares: Array) -> Array:
+        """Weighted mean squares (outputs,) of (experiments, outputs)."""
+        return np.asarray(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(self.weights.each, 1e-300))
+
+    def after(
+        self, steps: Array, sigma: float | None = None, change: Array | None = None
+    ) -> tuple[Array, Array]:
         """Return weighted squares (experiments, outputs) after steps (experiments, open) of the open numbers.
 
-        Starts and deviations follow the steps, and the squares of both in their priors are the second array,
-        shape (experiments,).
+        A weighted `change` (windows, samples) is added to the residual. Starts and deviations follow, and the
+        squares of both in their priors are the second array, (experiments,).
         """
-        S, _, started = self._starts
+        sigma = self.sigma if sigma is None else sigma
+        S, inverse, started = self._starts
         unit, at, scaled = self._own
-        size, moved = unit * np.where(scaled, self.sigma, 1.0), self._eliminated[self.sigma][1]
-        outputs, squares, penalty = self.weights.root.shape[2], [], []
+        size, (own_inverse, moved, _) = unit * np.where(scaled, sigma, 1.0), self._eliminated[sigma]
+        outputs, many, squares, penalty = self.weights.root.shape[2], self.opened + 1, [], []
         for k, (run, step) in enumerate(zip(self.runs, steps, strict=True)):
             shared, mine = np.append(-step, 1.0), self.columns.path.owner == run
-            own = moved[k] @ shared
-            change = np.concatenate([shared, -own])
-            start = started[mine] @ change
-            left = self._base[mine] @ change - np.einsum("wks,ws->wk", S[mine], start)
+            base, own = self._base[mine], moved[k] @ shared
+            left, start = np.zeros(base.shape[:2]), np.zeros(started[mine].shape[:2])
+            if change is not None:
+                start = np.einsum("wsq,wkq,wk->ws", inverse[mine], S[mine], change[mine])
+                left = change[mine] - np.einsum("wks,ws->wk", S[mine], start)
+                own = own + own_inverse[k] @ np.einsum("wkn,wk->n", base[..., many:], left)
+            every = np.concatenate([shared, -own])
+            start = start + started[mine] @ every
+            left = left + base @ every - np.einsum("wks,ws->wk", S[mine], started[mine] @ every)
             squares.append((left.reshape(len(left), -1, outputs) ** 2).sum(axis=(0, 1)))
             penalty.append(np.sum((start / START) ** 2) + np.sum(((at[k] + own) / size) ** 2))
         return np.array(squares), np.array(penalty)

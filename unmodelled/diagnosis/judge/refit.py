@@ -13,14 +13,16 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
-from unmodelled.diagnosis.judge.linear import Linearised, Weights
+from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.residual import Residual
-from unmodelled.diagnosis.judge.scan import Row, best_by_name
+from unmodelled.diagnosis.judge.scan import Row
+from unmodelled.diagnosis.judge.weights import Weights
 from unmodelled.diagnosis.search.proposal import Proposal
 from unmodelled.effects.added import Added
 
-#: Laws that are refitted at a length.
-REFITS = 6
+#: Laws of different kinds or places that are refitted at a length; at the place that wins so many of the
+#: plainest and so many of the best ones, too.
+REFITS, SIBLINGS = 6, 2
 #: Faults of a fit that leaves the range of a law: such a law is no answer.
 FAULTS = ArithmeticError, ValueError, KeyError, np.linalg.LinAlgError
 
@@ -34,22 +36,28 @@ class Parent:
     residual: Residual
     around: Linearised
     weights: Weights  # of the base: nats of all rounds compare
+    square: Array  # mean squared residual of the base, (outputs,)
 
     @cached_property
     def score(self) -> LeftOutRuns:
         """Return the experiments left out, without a law more."""
         return LeftOutRuns.of(self.around)
 
+    @property
+    def explained(self) -> float:
+        """Return the share of the squared residual of the base that is gone, where it is largest."""
+        return float(np.max(1.0 - self.around.squares / self.square))
+
     @classmethod
     def of(cls, base: Base) -> Parent:
         """Return the base itself."""
         around = Linearised.of(base.fitted, base.tau)
-        return cls(base, base.fitted, base.residual, around, around.weights)
+        return cls(base, base.fitted, base.residual, around, around.weights, around.squares)
 
     def beside(self, law: Refit) -> Parent:
         """Return the fit with one law more."""
         around = Linearised.of(law.fitted, self.base.tau, self.weights)
-        return Parent(self.base, law.fitted, law.residual, around, self.weights)
+        return Parent(self.base, law.fitted, law.residual, around, self.weights, self.square)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +69,8 @@ class Refit:
     residual: Residual
     score: LeftOutRuns
     nats: float  # evidence over its parent; -inf if it leaves more than its parent
-    removed: float  # share of the squared residual of its parent, of the output where it is largest
+    square: Array  # mean squared residual, weighted, (outputs,)
+    removed: float  # share of the squared residual of the base, of the output where it is largest
 
     @property
     def added(self) -> Added:
@@ -91,20 +100,39 @@ class Carried:
 
 
 def refits(parent: Parent, rows: Sequence[Row], carried: Carried | None = None) -> list[Refit]:
-    """Refit the best laws of a scan and those of shorter windows; `carried` learns the fits."""
-    wanted = best_by_name(rows)[:REFITS]
+    """Refit the best law of every kind and place, those of shorter windows, and others where one wins.
+
+    The place is decided first, the form after it: the best laws of a linear step are often forms of one law.
+    `carried` learns the fits.
+    """
+    several = dict[tuple[object, ...], Row]()
+    for row in sorted(rows, key=lambda row: -row.nats):
+        several.setdefault(row.about, row)
+    wanted = list(several.values())[:REFITS]
     known = {row.key for row in wanted}
     wanted += [row for row in carried.among(rows) if row.key not in known] if carried else []
+    found = _fitted(parent, wanted, carried)
+    if found:
+        winner, known = max(found, key=lambda one: one.nats).row, {one.row.key for one in found}
+        others = [row for row in rows if row.place == winner.place and row.key not in known]
+        plainest = sorted(others, key=lambda row: (row.atom.numbers, -row.nats))[:SIBLINGS]
+        best = sorted(others, key=lambda row: -row.nats)[:SIBLINGS]
+        found += _fitted(parent, list({row.key: row for row in (*plainest, *best)}.values()), carried)
+    if carried is not None:
+        carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
+        carried.nats = {one.row.key: one.nats for one in found}
+    return found
+
+
+def _fitted(parent: Parent, rows: Sequence[Row], carried: Carried | None) -> list[Refit]:
+    """Refit laws, without those that cannot be."""
     found = []
-    for row in wanted:
+    for row in rows:
         try:
             one = refit(parent, row, carried.starts.get(row.key) if carried else None)
         except FAULTS:
             continue
         found += [] if one is None else [one]
-    if carried is not None:
-        carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
-        carried.nats = {one.row.key: one.nats for one in found}
     return found
 
 
@@ -116,11 +144,11 @@ def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | Non
     linear = dict(proposal.starts[0])
     starts: list[Start] = [linear] if carried is None else [linear, {**linear, **carried}]
     fitted = base.fit(proposal.hypothesis, starts)
-    residual = Residual.of(fitted, base.residual.cap)
+    residual = Residual.of(fitted)
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))
     nats = around.evidence - parent.around.evidence - price
-    left: Array = residual.square / parent.residual.square
-    failed = not np.isfinite(nats) or float(left.mean()) > 1.0
+    failed = not np.isfinite(nats) or float(np.mean(residual.square / parent.residual.square)) > 1.0
+    removed: Array = (parent.around.squares - around.squares) / parent.square
     own = -np.inf if failed else nats
-    return Refit(row, fitted, residual, LeftOutRuns.of(around), own, float(1.0 - left.min()))
+    return Refit(row, fitted, residual, LeftOutRuns.of(around), own, around.squares, float(removed.max()))

@@ -9,38 +9,32 @@ import numpy as np
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 
-#: Largest squared residual that counts, in medians of those of the base: that of five standard deviations of
-#: normal errors, whose squares have a median of 0.455.
-CAP = 25.0 / 0.455
 #: Autocorrelation from which samples count as independent, the usual end of such sums (Geyer 1992).
 INDEPENDENT = 0.05
-#: Squared residual of a simulation that diverged, in squares of the sensor noise.
-DIVERGED = 1e12
+#: Squared residual of a simulation that diverged, in squares of the sensor noise, which can be tiny.
+DIVERGED = 1e18
 
 
 @dataclass(frozen=True)
 class Residual:
     """Residual of a fit, by output."""
 
-    square: Array  # mean squared residual, capped, in squares of the sensor noise, (outputs,)
+    square: Array  # mean squared residual, in squares of the sensor noise, (outputs,)
     tau: Array  # samples per independent one, (outputs,)
-    cap: Array  # largest squared residual that counted, (outputs,)
 
     @classmethod
-    def of(cls, fitted: FittedHypothesis, cap: Array | None = None) -> Residual:
-        """Return the residual of a fit; it counts as a cap (outputs,), its own unless given, at most."""
+    def of(cls, fitted: FittedHypothesis) -> Residual:
+        """Return the residual of a fit; a simulation that diverged leaves more than any other."""
         e, recording = fitted.errors[0], fitted.recording
-        square = np.nan_to_num(e**2, nan=np.inf)
+        square = np.nan_to_num(np.minimum(e**2, DIVERGED), nan=DIVERGED)
         counted = np.broadcast_to(recording.counted[..., None], e.shape)
         beyond = recording.left_out(np.zeros((1, e.shape[2]), np.int64))
         counted = counted if beyond is None else counted & ~beyond[:, 0]
         every = range(e.shape[2])
-        own = np.array([CAP * np.median(square[..., j][counted[..., j]]) for j in every])
-        cap = np.where(np.isfinite(own), own, DIVERGED) if cap is None else cap
-        mean = np.array([np.minimum(square[..., j], cap[j])[counted[..., j]].mean() for j in every])
+        mean = np.array([square[..., j][counted[..., j]].mean() for j in every])
         use = counted & np.isfinite(e)
         tau = [correlation_time(np.nan_to_num(e[..., j]), use[..., j]) for j in every]
-        return cls(mean, np.array(tau), cap)
+        return cls(mean, np.array(tau))
 
 
 def correlation_time(r: Array, use: Mask) -> float:

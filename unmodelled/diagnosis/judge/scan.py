@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Atom, at_level
 from unmodelled.diagnosis.data.levels import levels
-from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.linear import SIGMAS, Linearised, Reduced
 
 #: Size of a column, in weighted residuals, below which it changes nothing.
 NOTHING = 1e-6
@@ -32,56 +32,61 @@ class Row:
         return f"{family}@{channel}" if factor is None else f"{family}@{channel} where {factor} is {level}"
 
     @property
+    def place(self) -> tuple[object, ...]:
+        """Return channel, factor and level."""
+        return self.atom.name[1:]
+
+    @property
+    def about(self) -> tuple[object, ...]:
+        """Return kind and place, which a user acts on first."""
+        return self.atom.effect.kind, *self.place
+
+    @property
     def key(self) -> tuple[str, str]:
         """Return name and variant."""
         return self.name, self.atom.effect.variant
 
 
 def scan(around: Linearised) -> list[Row]:
-    """Return every law at every place with every shape around a fit, also at levels of factors."""
+    """Return every law at every place around a fit with its best shape, also at levels of factors."""
     study, found = around.columns.path.hypothesis.study, list[Row]()
     local = list(levels(study.logs.experiments.iloc[around.runs], study.thresholds))
     for atoms, columns in around.columns.atoms():
         products, effect = around.products(columns), atoms[0].effect
         if not effect.at_levels:
-            found += _rows(around, atoms, len(atoms), around.reduced(products))
+            found.append(_best(around, atoms, columns, len(atoms), around.reduced(products)))
         if effect.at_levels or atoms[0].place.kind == "port":
             for factor, level, members in local:
-                reduced = around.reduced(products, np.isin(np.arange(len(around.runs)), members))
+                here = np.isin(np.arange(len(around.runs)), members)
                 own = [at_level(atom, factor, level) for atom in atoms]
-                found += _rows(around, own, len(atoms) * len(local), reduced)
+                there = columns * np.isin(around.columns.path.owner, around.runs[here])[:, None, None, None]
+                reduced = around.reduced(products, here)
+                found.append(_best(around, own, there, len(atoms) * len(local), reduced))
     return found
 
 
 def row_of(around: Linearised, atom: Atom, columns: Array) -> Row:
     """Return a law that is not of the library, from its columns (windows, K, outputs, amplitudes)."""
-    (row,) = _rows(around, [atom], 1, around.reduced(around.products(columns)))
-    return row
+    return _best(around, [atom], columns, 1, around.reduced(around.products(columns)))
 
 
-def best_by_name(rows: Iterable[Row]) -> list[Row]:
-    """Return the best row of every law at every place, the best first."""
-    found: dict[str, Row] = {}
-    for row in rows:
-        if row.name not in found or row.nats > found[row.name].nats:
-            found[row.name] = row
-    return sorted(found.values(), key=lambda row: -row.nats)
-
-
-def _rows(
-    around: Linearised, atoms: Sequence[Atom], shapes: int, reduced: Mapping[float, tuple[Array, float]]
-) -> Iterator[Row]:
-    """Rows of atoms that have as many columns each, side by side."""
-    many = (next(iter(reduced.values()))[0].shape[0] - 1) // len(atoms)
-    for k, atom in enumerate(atoms):
-        mine, best, amount = np.arange(many * k, many * (k + 1)), -np.inf, np.zeros(many)
-        for G, price in reduced.values():
-            gain, step = removed(G, mine, atom.positive)
-            nats = around.likelihood(max(G[-1, -1] - gain, 1e-12 * G[-1, -1]), price)
+def _best(
+    around: Linearised, atoms: Sequence[Atom], columns: Array, shapes: int, reduced: Mapping[float, Reduced]
+) -> Row:
+    """The best of atoms that have as many columns each, side by side."""
+    many, best, choice = columns.shape[3] // len(atoms), -np.inf, (0, SIGMAS[0], np.zeros(0))
+    for sigma, one in reduced.items():
+        for k, atom in enumerate(atoms):
+            gain, amount = removed(one.products, np.arange(many * k, many * (k + 1)), atom.positive)
+            nats = around.pooled(one, one.products[-1, -1] - gain)
             if nats > best:
-                best, amount = nats, step
-        cost = around.weights.price(atom.numbers) + float(np.log(shapes))
-        yield Row(atom, shapes, best - around.pooled - cost, amount)
+                best, choice = nats, (k, sigma, amount)
+    k, sigma, amount = choice
+    atom, mine, steps = atoms[k], slice(many * k, many * (k + 1)), reduced[sigma].steps
+    step = steps[:, -1] - steps[:, mine] @ amount
+    cost = around.weights.price(atom.numbers) + float(np.log(shapes))
+    nats = around.evidence_with(columns[..., mine] @ amount, step, sigma) - around.evidence
+    return Row(atom, shapes, nats - cost, amount)
 
 
 def removed(G: Array, mine: Indices, positive: Mask) -> tuple[float, Array]:
