@@ -79,13 +79,13 @@ class Trials:
         numbers = self._fitted(self.none, steps)
         return Trials(self.system, self.logs, self.horizon, self.sensors, self.thresholds, numbers)
 
-    def alone(self, run: int) -> Trials:
-        """Return the trials of one experiment."""
+    def among(self, runs: list[int]) -> Trials:
+        """Return the trials of some experiments."""
         numbers = self.numbers
         if numbers is not None and len(numbers) > 1:
-            numbers = numbers[[run]]
+            numbers = numbers[runs]
         return Trials(
-            self.system, self.logs.among([run]), self.horizon, thresholds=self.thresholds, numbers=numbers
+            self.system, self.logs.among(runs), self.horizon, thresholds=self.thresholds, numbers=numbers
         )
 
     def persistence(self, steps: int, every: bool = False) -> Array:
