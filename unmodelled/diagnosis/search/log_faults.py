@@ -177,8 +177,8 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
         suspects = [*_suspects(trials, steps, before, nothing), *fits]
         few = sorted(_plainest(suspects, thresholds), key=lambda s: -s.explains)[:REIDENTIFIED]
         tried = (_identified(trials, s) for s in suspects if s in few)
-        tried = chain(tried, unknown_inputs(trials, steps))
-        right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
+        unknown = unknown_inputs(trials, steps)
+        right = [s for s in chain(tried, unknown) if s.is_enough(thresholds) and _good(trials, s)]
         if right:
             best, *others = _best(trials, right)
             alike = [s for s in others if s.question.channels != best.question.channels]
