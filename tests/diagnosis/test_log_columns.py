@@ -140,10 +140,13 @@ def test_the_physics_tells_a_factor_of_an_input_in_a_run(frames: Frames, tmp_pat
 
 
 def test_an_input_that_was_not_recorded_in_a_run(tmp_path: Path) -> None:
-    """Zero in one run and frozen in another; a free swing is no such run."""
+    """Zero in one run and frozen in another; a free swing is no such run, not even if a hand pushes it."""
     right = SWING.frames(3, 6, 900)
     swing = replace(SWING, force=0.0, start=1.5).frames(5, 1, 900)["run1"]
     assert told(right | {"free": swing}, tmp_path, ANGLE) == []
+    by_hand = replace(SWING, start=1.5, inputs=lambda u: 0.0 * u + 1.0 * (abs(np.arange(900) - 250) < 20))
+    pushed = by_hand.frames(5, 1, 900)["run1"].assign(torque=0.0)
+    assert not [fault for fault in told(right | {"free": pushed}, tmp_path, ANGLE) if fault.decides]
     kept = right["run5"].assign(torque=right["run5"]["torque"][100])
     (fault,) = told(scaled("torque", 0.0, "run3")(right) | {"run5": kept, "free": swing}, tmp_path, ANGLE)
     assert (fault.problem, fault.channels, fault.decides) == ("constant", ("torque",), True)

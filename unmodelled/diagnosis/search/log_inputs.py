@@ -20,7 +20,8 @@ def unknown_inputs(trials: Trials, steps: int) -> Iterator[Suspect]:
 
     Such a run may be right: a free swing, a step. With the physics fitted to the runs in which the input
     varies, its error is then theirs. If the input was not recorded, its error is that of the other runs once
-    their input keeps this value, too; with the input that acted, the run would have their usual error.
+    their input keeps this value, too; with the input that acted, the run would have their usual error. An
+    error of few windows is a push.
     """
     logs, limits = trials.logs, trials.thresholds
     spans = np.array([np.ptp(logs.u[logs.rows(i)], axis=0) for i in range(len(logs))])
@@ -31,18 +32,19 @@ def unknown_inputs(trials: Trials, steps: int) -> Iterator[Suspect]:
         fitted = trials.among(np.flatnonzero(~still).tolist()).refitted(steps).numbers
         shared = None if fitted is None else fitted[:1]  # the same in all runs
         known = Trials(trials.system, logs, trials.horizon, trials.sensors, limits, shared)
-        before = known.square(known.none, steps, every=True)
+        before = known.typical(known.none, steps)
         usual, runs = float(np.median(before[~still])), np.zeros(len(logs), np.bool_)
         values = np.array([logs.u[logs.rows(i), j][0] for i in range(len(logs))])
         for value in np.unique(values[still & (before > limits.outstanding_error * usual)]).tolist():
             held = logs.u.copy()
             held[:, j] = value
-            without = known.square(Correction.replaced(logs, held), steps, every=True)
+            without = known.typical(Correction.replaced(logs, held), steps)
             driven = float(np.median(without[~still])) / limits.outstanding_error
             runs |= still & (values == value) & (before > max(limits.outstanding_error * usual, driven))
         if runs.any():
             question = Question(_not_recorded(np.unique(values[runs]).tolist()), (name,), known.none)
-            yield Suspect(question, runs, steps, before, np.where(runs, usual, before))
+            left = known.square(known.none, steps, every=True)
+            yield Suspect(question, runs, steps, left, np.where(runs, np.median(left[~still]), left))
 
 
 def _not_recorded(values: Sequence[float]) -> LogProblem:

@@ -74,6 +74,15 @@ class Trials:
         numbers = simulation.values[None, None] if self.numbers is None else self.numbers
         return self._error(simulation, correction, numbers)
 
+    def typical(self, correction: Correction, steps: int) -> Array:
+        """Return the median over windows of their mean square error, (experiments,): no push moves it."""
+        simulation = self._simulation(correction, steps, every=True)
+        numbers = simulation.values[None, None] if self.numbers is None else self.numbers
+        recording, square = simulation.recording, self._off(simulation, correction, numbers)[:, 0] ** 2
+        each = np.einsum("wkj,wk->w", square, recording.counted) / (square.shape[2] * recording.steps)
+        mine = [each[recording.owner == i] for i in range(len(self.logs))]
+        return np.array([np.median(own) if len(own) else 0.0 for own in mine])
+
     def refitted(self, steps: int) -> Trials:
         """Return the trials of the system with its uncertain parameters quickly fitted to all experiments."""
         numbers = self._fitted(self.none, steps)
