@@ -131,6 +131,17 @@ def test_a_chirp_is_proposed_where_no_experiment_promises_more(
     assert gains(further, near) and not gains(near, further) and not gains(farthest, far)
 
 
+def test_limits_of_inputs_alone_are_enough(
+    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("unmodelled.design.design.GENERATIONS", 1)
+    monkeypatch.setattr("unmodelled.design.design.REFINED", 1)
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(LIMITS.partition("travel")[0])
+    free = proposed(case, limits=limits)
+    assert free.odds["proposed"].min() > 0.99 and free.content["travel"] == {}
+
+
 def test_a_simulation_that_diverges_tells_nothing(found: NextExperiment) -> None:
     """Its numbers are finite, and their squares are not."""
     named = found.design.criterion.rivals[0]

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.inspection.machines import PENDULUM, Frames, Machine
+from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
@@ -137,6 +137,31 @@ def test_the_physics_tells_a_factor_of_an_input_in_a_run(frames: Frames, tmp_pat
     """Without a speed beside the angle."""
     (fault,) = told(scaled("torque", 3.0, "run2")(frames), tmp_path, ANGLE)
     assert (fault.problem, fault.channels, fault.experiments) == ("factor", ("torque",), ("run2",))
+
+
+def test_an_input_that_was_not_recorded_in_a_run(tmp_path: Path) -> None:
+    """Zero in one run and frozen in another; a free swing is no such run, not even if a hand pushes it."""
+    right = SWING.frames(3, 6, 900)
+    swing = replace(SWING, force=0.0, start=1.5).frames(5, 1, 900)["run1"]
+    assert told(right | {"free": swing}, tmp_path, ANGLE) == []
+    by_hand = replace(SWING, start=1.5, inputs=lambda u: 0.0 * u + 1.0 * (abs(np.arange(900) - 250) < 20))
+    pushed = by_hand.frames(5, 1, 900)["run1"].assign(torque=0.0)
+    assert not [fault for fault in told(right | {"free": pushed}, tmp_path, ANGLE) if fault.decides]
+    kept = right["run5"].assign(torque=right["run5"]["torque"][100])
+    (fault,) = told(scaled("torque", 0.0, "run3")(right) | {"run5": kept, "free": swing}, tmp_path, ANGLE)
+    assert (fault.problem, fault.channels, fault.decides) == ("constant", ("torque",), True)
+    assert fault.experiments == ("run3", "run5")
+
+
+@pytest.mark.parametrize("runs", [(), ("run2", "run4")])
+def test_a_factor_of_an_input_is_no_other_factor_of_outputs(runs: tuple[str, ...], tmp_path: Path) -> None:
+    """On a linear machine it is the inverse factor of the only output."""
+    wrong = scaled("force", 10.0, *(runs or EVERY))(SCREW.frames(3, 6, 900))
+    (fault,) = told(wrong, tmp_path, SCREW.system)
+    assert fault.channels == ("force",) and fault.experiments == runs
+    assert fault.problem == "deci" or (
+        runs and fault.problem == "factor" and "like 10 times" in fault.sentence
+    )
 
 
 @pytest.mark.parametrize("runs", [(), ("run2", "run4")])

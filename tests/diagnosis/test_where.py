@@ -4,6 +4,8 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,7 +21,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.effect_channels import channel_of
+from unmodelled.diagnosis.where.effect_channels import channel_of, channel_shares
 from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import Where, factors, where
 from unmodelled.effects.place import Place
@@ -149,6 +151,16 @@ def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
     write_tables(diagnosis, found, tmp_path / "out")
     for draw in (residual.lacking, experiments.gaps_of_experiments):
         draw(tmp_path / "out")
+
+
+def test_a_channel_has_the_fall_of_the_step_of_its_effect() -> None:
+    """The larger effect was found last."""
+    models = [SimpleNamespace(gap=SimpleNamespace(value=value)) for value in (1.0, 0.9, 0.0)]
+    places = {"joint": (Place("port", "joint"), 1), "sensor:theta": (Place("sensor", "theta"), 0)}
+    effects = [SimpleNamespace(added=SimpleNamespace(place=place), step=k) for place, k in places.values()]
+    ends = {"reidentified": models[0], "augmented": models[-1]}
+    found: Any = SimpleNamespace(floor=0.0, verdict="effect", effects=effects, steps=models, **ends)
+    assert channel_shares(found, {}) == pytest.approx({"joint": 0.81, "sensor:theta": 0.19})
 
 
 def test_levels_with_more_than_their_share() -> None:

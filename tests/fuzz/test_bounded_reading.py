@@ -21,8 +21,10 @@ from tests.measurements.systems import motor, run, write, write_tables
 from unmodelled.api.answer_list import list_answers
 from unmodelled.base import search
 from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.ownership import links_in
 from unmodelled.cli.sweep.runs import run_folders
 from unmodelled.cli.verbs.init import init
+from unmodelled.cli.written import written
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.readers import known
 from unmodelled.logs.readers.reader import Table
@@ -212,9 +214,11 @@ def test_a_search_of_a_whole_machine_is_refused(
     ):
         write(place, {}, files=files)
         assert "to look through" in complaint(lambda f: read_logs(f, motor()), place, "mapping.yaml")
-    for look in (list_answers, run_folders):
+    (tmp_path / "metadata.yaml").touch()  # which makes it one recording
+    for look in (list_answers, run_folders, links_in, tables):
         with pytest.raises(BadInput, match="to look through"):
             look(tmp_path)
+    assert written("program", "verb", {"out": tmp_path.parent}, time.time() + 1.0).startswith("wrote ")
 
 
 def bag(folder: Path) -> Path:

@@ -18,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
+from unmodelled.base.search import Search
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -276,14 +277,11 @@ def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
 
 def _files_in(folder: Path) -> Iterator[str]:
     """Yield the files and links below a folder as relative paths, without the marker and `.hydra`."""
-    for place, folders, files in os.walk(folder):
-        here = Path(place)
-        if here == folder:
-            folders[:] = [name for name in folders if name != RECORD]
-        links = [name for name in folders if (here / name).is_symlink()]
-        for found in (here / name for name in (*files, *links)):
-            if found != folder / MARKER:
-                yield found.relative_to(folder).as_posix()
+    search = Search(lambda why: BadInput(f"{folder}: {why}: give a folder that holds results alone"))
+    for found in search.below(folder):
+        own = found == folder / MARKER or folder / RECORD in found.parents
+        if not own and (found.is_symlink() or not found.is_dir()):
+            yield found.relative_to(folder).as_posix()
 
 
 def links_in(folder: Path) -> list[str]:

@@ -36,8 +36,8 @@ class Search:
             found = [path for path in self._step(found, part) if os.path.isdir(path)]  # noqa: PTH112
         return [Path(path) for path in (self._step(found, last) if last else found) if path != start]
 
-    def below(self, folder: Path, hidden: bool = True) -> list[Path]:
-        """Return all files and folders below a folder; links to folders are not followed.
+    def below(self, folder: Path, hidden: bool = True) -> Iterator[Path]:
+        """Yield all files and folders below a folder; links to folders are not followed.
 
         `hidden`: whether hidden folders are looked through.
         """
@@ -45,7 +45,7 @@ class Search:
         def enters(entry: os.DirEntry[str]) -> bool:
             return not entry.is_symlink() and (hidden or not entry.name.startswith("."))
 
-        return [Path(entry.path) for entry in self._below(str(folder), enters)]
+        return (Path(entry.path) for entry in self._below(str(folder), enters))
 
     def _step(self, places: list[str], part: str) -> list[str]:
         """Paths that a part of a pattern matches in some folders, each once."""

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.search import Search
 
 #: Arguments that name what a verb writes.
 RESULTS = ("out", "reports")
@@ -46,13 +51,16 @@ def _entries(place: Path, since: float) -> list[Path]:
     if place.is_file():
         return [place]
     entries = sorted(path for path in place.glob("*") if not path.name.startswith("."))
-    return [path for path in entries if _is_new(path, since)] or entries
+    search = Search(lambda why: BadInput(f"{place}: {why}"))
+    with suppress(BadInput):  # the files are written, and too many lie beside them to tell which are new
+        return [path for path in entries if _is_new(path, since, search)] or entries
+    return entries
 
 
-def _is_new(path: Path, since: float) -> bool:
+def _is_new(path: Path, since: float, search: Search) -> bool:
     try:
-        inside = path.rglob("*") if path.is_dir() else ()
-        return any(file.lstat().st_mtime >= since for file in (path, *inside))
+        inside = search.below(path) if path.is_dir() else ()
+        return any(file.lstat().st_mtime >= since for file in chain([path], inside))
     except OSError:  # another stage has just replaced it
         return False
 

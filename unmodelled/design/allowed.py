@@ -81,7 +81,7 @@ class Watched:
         found = [np.ones(0, bool)]
         for part in in_parts(u, systems, self.limits, STEPS[1]):
             y, watched, step = self._resolved(systems, part)
-            flat = watched.reshape(-1, *watched.shape[2:])
+            flat = np.concatenate(watched)
             excess = self.limits.excess(flat, step, MARGIN).reshape(watched.shape[:2])
             found.append((excess.max(axis=1) == 0.0) & np.isfinite(y).all(axis=(1, 2, 3)))
         return np.concatenate(found)

@@ -137,7 +137,7 @@ class Criterion:
             found: list[Array] = [np.empty((0, len(systems)))]
             for part in in_parts(u, systems, self.limits, rival.substeps(self.limits)):
                 _, watched, step = rival.runs(part, self.limits, systems)
-                each = self.limits.excess(watched.reshape(-1, *watched.shape[2:]), step, MARGIN)
+                each = self.limits.excess(np.concatenate(watched), step, MARGIN)
                 found.append(each.reshape(watched.shape[:2]))
             yield np.concatenate(found)
 

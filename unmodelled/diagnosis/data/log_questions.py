@@ -17,8 +17,8 @@ from unmodelled.logs.inspection.pairs import multiples
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-#: Name of the channel of time in a log.
-TIME_CHANNEL = "t"
+#: Name of the channel of time in a log, and of the problem of a factor that is no usual unit.
+TIME_CHANNEL, FACTOR_PROBLEM = "t", "factor"
 #: Base units whose channels a logger writes in the same unit: all angles and speeds in degrees, say.
 BASES = "rad", "m"
 #: Parts of a run whose first and last one are compared; ratio of their standard deviations above which a
@@ -57,13 +57,18 @@ PROBLEMS = (
 )
 #: Factors with which outputs and inputs are far off: no prediction by the known physics is of any use.
 EXTREMES = tuple(
-    LogProblem(*(name, 10.0**power, "", f"like 1e{power} of its unit", f"multiplied by 1e{power}", _CONVERT))
-    for name, power in (("micro", -6), ("nano", -9), ("mega", 6), ("giga", 9))
+    LogProblem(*(name, float(by), "", f"like {by} of its unit", f"multiplied by {by}", _CONVERT))
+    for name, by in (
+        *(("deci", "0.1"), ("deca", "10"), ("centi", "0.01"), ("hecto", "100")),
+        *(("micro", "1e-6"), ("nano", "1e-9"), ("mega", "1e6"), ("giga", "1e9")),
+    )
 )
 NO_EFFECT = LogProblem(
     *("no_effect", 0.0, "", "as if it had no effect", "replaced by zero"),
     "Check that the column is the input that drove the machine",
 )
+#: Names of the given factors of channels, but for the sign.
+GIVEN = frozenset(problem.name for problem in (NO_EFFECT, *PROBLEMS, *EXTREMES)) - {"sign"}
 UNRELATED = replace(
     NO_EFFECT,
     looks="as if it had nothing to do with the outputs: random signals of its spectrum predict them as well",
@@ -100,7 +105,7 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
     yield from _multiples(system, logs)
     for name in logs.inputs:
         yield _scaled(NO_EFFECT, (name,), logs)
-    for channels in _groups(system):
+    for channels in groups(system):
         for problem in (*PROBLEMS, *(EXTREMES if useless else ())):
             if not problem.base or {problem.base} == {_base(units[name]) for name in channels}:
                 yield _scaled(problem, channels, logs)
@@ -118,13 +123,19 @@ def without_inputs(logs: Logs) -> Question:
     return _scaled(UNRELATED, logs.inputs, logs)
 
 
-def multiplied(logs: Logs, channel: str, factor: float) -> Question:
-    """Return the question whether a channel is to be multiplied by a factor."""
+def multiplied(logs: Logs, channels: tuple[str, ...], factor: float) -> Question:
+    """Return the question whether channels are to be multiplied by a factor."""
     problem = LogProblem(
-        *("factor", factor, "", f"like {1.0 / factor:.3g} times its unit", f"multiplied by {factor:.4g}"),
+        *(
+            FACTOR_PROBLEM,
+            factor,
+            "",
+            f"like {1.0 / factor:.3g} times its unit",
+            f"multiplied by {factor:.4g}",
+        ),
         "Check the unit and the range of the column in these runs",
     )
-    return _scaled(problem, (channel,), logs)
+    return _scaled(problem, channels, logs)
 
 
 def _multiples(system: System, logs: Logs) -> Iterator[Question]:
@@ -196,7 +207,7 @@ def moves_without_input(logs: Logs) -> Mask:
     return runs & bool(swings.all())
 
 
-def _groups(system: System) -> list[tuple[str, ...]]:
+def groups(system: System) -> list[tuple[str, ...]]:
     """Return groups of channels that may share a fault.
 
     Every channel alone comes first, then a position with its speed, all inputs of one unit, all outputs of

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.log_questions import (
+    FACTOR_PROBLEM,
+    GIVEN,
     Question,
     clocks,
     constants,
@@ -33,7 +36,8 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes, register_notes
-from unmodelled.diagnosis.search.log_fits import clock_of, of_every, of_some, swapped
+from unmodelled.diagnosis.search.log_fits import clock_of, factors_of, of_every, of_some, swapped
+from unmodelled.diagnosis.search.log_inputs import NOT_RECORDED, unknown_inputs
 from unmodelled.diagnosis.search.log_rates import Ratio, rate_faults, ratios
 from unmodelled.diagnosis.search.log_suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
@@ -94,7 +98,9 @@ def log_faults(
         if not answer or (note.problem, note.channels) != (answer[0].problem, answer[0].channels)
     ]
     undriven = moves_without_input(found)
-    if not answer and undriven.any() and _far_off(system, found, horizon, thresholds, undriven):
+    blind = not answer or answer[0].problem == NOT_RECORDED
+    if blind and undriven.any() and _far_off(system, found, horizon, thresholds, undriven):
+        answer = ()  # what the samples show is surer
         said = [replace(note, decides=True) for note in said] or [without_input(found, undriven)]
     if not answer and not any(note.decides for note in said):
         answer = _unrelated(system, found, horizon, thresholds)
@@ -117,8 +123,8 @@ def _of_ratio(trials: Trials, ratio: Ratio) -> LogFault:
     position, speed = logs.outputs[rate.position], logs.outputs[rate.speed]
     asked = (
         clock_of(trials, 1.0 / factor, ratio.runs),
-        multiplied(logs, speed, 1.0 / factor),
-        multiplied(logs, position, factor),
+        multiplied(logs, (speed,), 1.0 / factor),
+        multiplied(logs, (position,), factor),
     )
     steps = trials.steps(trials.none)
     nothing = np.zeros(len(logs))
@@ -169,24 +175,42 @@ def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) 
             continue
         fits = _fits(trials, steps, before, nothing) if longer == 1.0 else ()
         suspects = [*_suspects(trials, steps, before, nothing), *fits]
-        few = sorted(s.explains for s in suspects)[-REIDENTIFIED:]
-        tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
-        right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
+        few = sorted(_plainest(suspects, thresholds), key=lambda s: -s.explains)[:REIDENTIFIED]
+        tried = (_identified(trials, s) for s in suspects if s in few)
+        unknown = unknown_inputs(trials, steps)
+        right = [s for s in chain(tried, unknown) if s.is_enough(thresholds) and _good(trials, s)]
         if right:
-            best, *alike = _best(trials, right)
+            best, *others = _best(trials, right)
+            alike = [s for s in others if s.question.channels != best.question.channels]
             return (_fault(trials, best, alike),)
     return ()
+
+
+def _plainest(suspects: Sequence[Suspect], limits: Thresholds) -> Iterator[Suspect]:
+    """Yield one suspect for the same problem or for given factors of the same channels in the same runs.
+
+    It is the first one with almost their smallest error: a thousandth and a millionth of an input are alike.
+    """
+    alike: dict[tuple[tuple[str, ...], bytes, str], list[Suspect]] = {}
+    for suspect in suspects:
+        problem = suspect.question.problem
+        name = "" if problem.name in GIVEN else problem.name
+        alike.setdefault((suspect.question.channels, suspect.runs.tobytes(), name), []).append(suspect)
+    for each in alike.values():
+        least = min(float(s.after.sum()) for s in each)
+        yield next(s for s in each if float(s.after.sum()) <= limits.equal_error_ratio * least)
 
 
 def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator[Suspect]:
     """Yield corrections by given factors; errors of logs as read and of persistence are (experiments,)."""
     logs, useless = trials.logs, before > USELESS * nothing
     asked = questions(trials.system, logs, before.sum() > USELESS * nothing.sum())
-    for question in (*asked, *exchanged(logs)):
+    for question in (*asked, *exchanged(logs), *factors_of(trials, steps, useless)):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
-            if suspect.explains > trials.thresholds.suspect_share:
+            gain = question.problem.name == FACTOR_PROBLEM and suspect.everywhere  # an effect, no fault
+            if suspect.explains > trials.thresholds.suspect_share and not gain:
                 yield suspect
     for question in (*slow_inputs(logs), *(swapped(trials, steps, before) if useless.any() else ())):
         after = trials.square(question.correction, steps)
@@ -244,18 +268,16 @@ def _only(question: Question, runs: Mask, steps: int, before: Array, after: Arra
 
 
 def _best(trials: Trials, right: Sequence[Suspect]) -> list[Suspect]:
-    """Return the suspects with almost the smallest error, the simplest (first asked) one first.
+    """Return the suspects with almost the smallest error, that of the fewest channels (first asked) first.
 
     Errors are those of the experiments that any of them corrects: parameters that are fitted to a wrong
     correction change those of the others, too.
     """
     where = np.any([s.runs for s in right], axis=0)
     left = [s.after[where].sum() / trials.persistence(s.steps, not s.everywhere)[where].sum() for s in right]
-    return [
-        s
-        for s, each in zip(right, left, strict=True)
-        if each <= trials.thresholds.equal_error_ratio * min(left)
-    ]
+    most = trials.thresholds.equal_error_ratio * min(left)
+    alike = (s for s, each in zip(right, left, strict=True) if each <= most)
+    return sorted(alike, key=lambda s: len(s.question.channels))
 
 
 def _identified(trials: Trials, suspect: Suspect) -> Suspect:

@@ -11,13 +11,22 @@ from scipy.optimize import minimize_scalar
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question, multiplied
+from unmodelled.diagnosis.data.log_questions import (
+    TIME_CHANNEL,
+    LogProblem,
+    Question,
+    groups,
+    multiplied,
+)
 from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.logs.inspection.pairs import FACTOR
 
 #: Name of the problem.
 CLOCK_PROBLEM = "clock"
+#: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock, or
+#: another unit, is more likely.
+WRONG = 0.5, 2.0
 #: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
 #: Largest number of runs whose inputs are tried in each other.
@@ -51,16 +60,28 @@ def of_some(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     # of two experiments, nothing tells which one is wrong
     if others.sum() < 2 or before[worst] < limits.outstanding_error * np.median(before[others]):
         return
-    alone = trials.alone(worst)
+    alone = trials.among([worst])
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     clock = _factor(alone, steps)
     yield clock_of(trials, clock, ~others)
     yield clock_of(trials, clock, np.ones_like(others))
     for name in (*trials.logs.outputs, *trials.logs.inputs):
-        factor = _gain(alone, steps, name)
+        factor = _gain(alone, steps, (name,))
         if abs(np.log(factor)) > np.log(FACTOR):  # no gain of a sensor
-            yield multiplied(trials.logs, name, factor)
+            yield multiplied(trials.logs, (name,), factor)
+
+
+def factors_of(trials: Trials, steps: int, some: Mask) -> Iterator[Question]:
+    """Fit the factor of channels that may share one to some runs (experiments,); ask it of all.
+
+    The factor of an input acts as its inverse on all outputs of a linear machine: all are asked alike.
+    """
+    runs = np.flatnonzero(some).tolist()
+    for channels in groups(trials.system) if runs else ():
+        factor = _gain(trials.among(runs), steps, channels)
+        if not WRONG[0] <= factor <= WRONG[1]:
+            yield multiplied(trials.logs, channels, factor)
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
@@ -91,12 +112,12 @@ def _factor(trials: Trials, steps: int) -> float:
     return float(np.exp(_lowest(square, FACTORS)[0]))
 
 
-def _gain(alone: Trials, steps: int, channel: str) -> float:
-    """Return the factor of a channel of one experiment with the smallest error."""
+def _gain(trials: Trials, steps: int, channels: tuple[str, ...]) -> float:
+    """Return the factor of channels of all experiments with the smallest error."""
 
     def square(logarithm: float) -> float:
-        question = multiplied(alone.logs, channel, float(np.exp(logarithm)))
-        return float(alone.square(question.correction, steps).sum())
+        question = multiplied(trials.logs, channels, float(np.exp(logarithm)))
+        return float(trials.square(question.correction, steps).sum())
 
     return float(np.exp(_lowest(square, GAINS)[0]))
 

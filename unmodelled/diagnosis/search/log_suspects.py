@@ -9,10 +9,10 @@ import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.log_questions import Question
+from unmodelled.diagnosis.data.log_questions import FACTOR_PROBLEM, GIVEN, Question
 from unmodelled.diagnosis.data.replaced_inputs import later_inputs
 from unmodelled.diagnosis.data.thresholds import Thresholds
-from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM
+from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, WRONG, factors_of
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.effects.coulomb_friction import CoulombFriction
 from unmodelled.effects.effect import PortEffect
@@ -22,9 +22,6 @@ from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
 
-#: Factors by which the known inertia, or a number of the file, may be wrong; beyond them a wrong clock is
-#: more likely.
-WRONG = 0.5, 2.0
 #: Largest number of a spring or a friction, in plausible sizes.
 SPRING = 10.0
 #: Times by which inputs may act later in one experiment, in horizons, and their gains there.
@@ -71,16 +68,22 @@ class Suspect:
 
 
 def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
-    """Return whether a law explains as much as a wrong clock, or as an input with less or no effect.
+    """Return whether a law explains as much as a wrong clock, factor or unit.
 
-    If the clock of all experiments is wrong, it is another inertia, such as that of a rotor, with dry
-    friction, or a wrong number of the file. If that of one experiment is, it is stiffening springs, or what
-    acts on this experiment. If an input has less effect, its drive saturates.
+    If the clock of all experiments or the factor of a channel is wrong, it is another inertia, such as that
+    of a rotor, with dry friction, or a wrong number of the file. If that of one experiment is, it is
+    stiffening springs, or what acts on this experiment. If an input has less effect, its drive saturates. If
+    the unit of a channel is wrong everywhere, it is any gain of a drive or a sensor.
     """
-    if suspect.question.problem.name != CLOCK_PROBLEM:
-        return suspect.weakens(trials.logs.inputs) and _saturates(trials, suspect)
+    problem = suspect.question.problem.name
+    if problem != CLOCK_PROBLEM and suspect.weakens(trials.logs.inputs) and _saturates(trials, suspect):
+        return True
+    if problem in GIVEN and suspect.everywhere:
+        return _is_gain(trials, suspect)
+    if problem not in (CLOCK_PROBLEM, FACTOR_PROBLEM):
+        return False
     system, logs, every = trials.system, trials.logs, not suspect.everywhere
-    if suspect.everywhere:
+    if suspect.everywhere or problem == FACTOR_PROBLEM:
         others = [_with_friction(_with_inertia(system), logs), *_with_free_numbers(system)]
     elif _acts_otherwise(trials, suspect):
         return True
@@ -93,6 +96,13 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
 
     most = trials.thresholds.clock_error_ratio * float(suspect.after.sum())
     return any(left(other) < most for other in others)
+
+
+def _is_gain(trials: Trials, suspect: Suspect) -> bool:
+    """Return whether a fitted factor of channels leaves clearly less than another unit."""
+    gains = factors_of(trials, suspect.steps, suspect.runs)
+    left = (float(trials.identified(each.correction, suspect.steps).sum()) for each in gains)
+    return trials.thresholds.clock_error_ratio * min(left, default=np.inf) < float(suspect.after.sum())
 
 
 def _saturates(trials: Trials, suspect: Suspect) -> bool:
@@ -116,7 +126,7 @@ def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:
 
 
 def _acts_otherwise_in(known: Trials, suspect: Suspect, run: int) -> bool:
-    alone, limits = known.alone(run), known.thresholds
+    alone, limits = known.among([run]), known.thresholds
     times = np.unique(np.rint(LATER * suspect.steps)).astype(int).tolist()
     later = (later_inputs(alone.logs, samples) for samples in times)
     stronger = (replace(alone.none, drive=gain * alone.none.drive) for gain in GAINS)

@@ -74,18 +74,27 @@ class Trials:
         numbers = simulation.values[None, None] if self.numbers is None else self.numbers
         return self._error(simulation, correction, numbers)
 
+    def typical(self, correction: Correction, steps: int) -> Array:
+        """Return the median over windows of their mean square error, (experiments,): no push moves it."""
+        simulation = self._simulation(correction, steps, every=True)
+        numbers = simulation.values[None, None] if self.numbers is None else self.numbers
+        recording, square = simulation.recording, self._off(simulation, correction, numbers)[:, 0] ** 2
+        each = np.einsum("wkj,wk->w", square, recording.counted) / (square.shape[2] * recording.steps)
+        mine = [each[recording.owner == i] for i in range(len(self.logs))]
+        return np.array([np.median(own) if len(own) else 0.0 for own in mine])
+
     def refitted(self, steps: int) -> Trials:
         """Return the trials of the system with its uncertain parameters quickly fitted to all experiments."""
         numbers = self._fitted(self.none, steps)
         return Trials(self.system, self.logs, self.horizon, self.sensors, self.thresholds, numbers)
 
-    def alone(self, run: int) -> Trials:
-        """Return the trials of one experiment."""
+    def among(self, runs: list[int]) -> Trials:
+        """Return the trials of some experiments."""
         numbers = self.numbers
         if numbers is not None and len(numbers) > 1:
-            numbers = numbers[[run]]
+            numbers = numbers[runs]
         return Trials(
-            self.system, self.logs.among([run]), self.horizon, thresholds=self.thresholds, numbers=numbers
+            self.system, self.logs.among(runs), self.horizon, thresholds=self.thresholds, numbers=numbers
         )
 
     def persistence(self, steps: int, every: bool = False) -> Array:

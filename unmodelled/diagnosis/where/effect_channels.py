@@ -30,7 +30,8 @@ def channel_shares(
     floor, last = diagnosis.floor**2, diagnosis.augmented.gap.value**2
     steps = [diagnosis.reidentified, *diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]]
     total = {name: share * max(last - floor, 0.0) for name, share in left.items()}
-    for found, before, after in zip(diagnosis.effects, steps, steps[1:], strict=False):
+    for found in diagnosis.effects:  # the largest first, which may have been found later
+        before, after = steps[found.step : found.step + 2]
         name = channel_of(diagnosis.reidentified, found.added.place, thresholds)
         drop = before.gap.value**2 - max(after.gap.value**2, floor)
         total[name] = total.get(name, 0.0) + max(drop, 0.0)

@@ -14,6 +14,7 @@ from pathlib import Path
 from unmodelled.base.additions import additions
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.limits import check_file, limited_process
+from unmodelled.base.search import Search
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.readers.delimited import Delimited
 from unmodelled.logs.readers.hdf5 import Hdf5
@@ -154,7 +155,10 @@ def _limited(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[T
 
 def _files(path: Path) -> list[Path]:
     """The file, or the files below a folder without links that lead nowhere."""
-    return [file for file in path.rglob("*") if file.exists()] if path.is_dir() else [path]
+    if not path.is_dir():
+        return [path]
+    search = Search(lambda why: BadInput(f"{path}: {why}: give the folder of the recording"))
+    return [file for file in search.below(path) if file.exists()]
 
 
 @cache  # once in a process
