@@ -8,15 +8,21 @@ import pytest
 
 from pipeline.__main__ import EXECUTIONS, PACKAGES, note
 from pipeline.revision import revision
-from tests.commands import python
+from tests.commands import exit_code
 
 
-def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
-    command = ["-m", "pipeline", "site", "out=pages", "metrics=numbers"]
-    stage = {"DVC_STAGE": "site@a", "DVC_ROOT": str(tmp_path / "root")}
-    assert python(*command, cwd=tmp_path, DVC_STAGE=None, DVC_ROOT=None).returncode == 0
+def test_a_stage_of_the_graph_is_noted_when_it_is_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = ["site", "out=pages", "metrics=numbers"]
+    for name in ("DVC_STAGE", "DVC_ROOT"):
+        monkeypatch.delenv(name, raising=False)
+    assert exit_code(*command) == 0
     assert not (tmp_path / EXECUTIONS).exists()
-    assert python(*command, cwd=tmp_path, **stage).returncode == 0
+    monkeypatch.setenv("DVC_STAGE", "site@a")
+    monkeypatch.setenv("DVC_ROOT", str(tmp_path / "root"))
+    assert exit_code(*command) == 0
     (path,) = (tmp_path / "root" / EXECUTIONS).iterdir()
     content = json.loads(path.read_text())
     assert path.name == "site@a.json" and content["stage"] == "site@a"
@@ -26,7 +32,7 @@ def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
     # one that fails leaves the note of the last that did not
     (tmp_path / "numbers").mkdir()
     (tmp_path / "numbers" / "a.json").write_text("{")
-    assert python(*command, cwd=tmp_path, **stage).returncode == 2
+    assert exit_code(*command) == 2
     assert json.loads(path.read_text()) == content
 
 

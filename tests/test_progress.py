@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import python
+from tests.commands import exit_code
 from unmodelled.base import progress
 from unmodelled.base.progress import Counter, say, track
 
@@ -95,12 +95,15 @@ def test_a_bar_is_taken_away_when_work_fails(monkeypatch: pytest.MonkeyPatch) ->
     assert progress._Bars.shown is None
 
 
-def test_flags_of_the_command_line(tmp_path: Path) -> None:
+def test_flags_of_the_command_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     def run(*flags: str) -> str:
+        monkeypatch.delenv(progress.VARIABLE, raising=False)
         words = ["acquire", "source=pendulum", "source.runs=1", f"out={tmp_path}/logs", *flags]
-        result = python("-m", "pipeline", *words, EXP_PROGRESS=None)
-        assert result.returncode == 0, result.stderr
-        return result.stderr
+        code, said = exit_code(*words), capsys.readouterr().err
+        assert code == 0, said
+        return said
 
     assert run("-q") == ""
     (line,) = run().splitlines()

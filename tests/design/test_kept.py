@@ -140,7 +140,7 @@ def planted(kind: Kind, folder: Path, rng: np.random.Generator) -> tuple[Criteri
     return Criterion([rival], limits, noise, spread, counted), known
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(1, 4))])
 @pytest.mark.parametrize("name", KINDS)
 def test_no_machine_that_the_answer_allows_leaves_its_travel(
     name: str, seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -1,6 +1,7 @@
 """A pendulum whose faults are known, for the tests of the diagnosis."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -51,19 +52,9 @@ class Bench:
 
     def logs(self, folder: Path, system: System) -> Logs:
         """Written as a log folder and read back."""
-        rng = np.random.default_rng(self.seed)
-        total = self.samples + self.delay
-        t = np.arange(total) * PERIOD
-        phase, rate = rng.uniform(0.0, 6.0, self.runs), np.linspace(3.0, 9.0, self.runs)
-        u = 0.7 * np.sin(rate * t[:, None] + phase) + 0.3 * np.sin(2.3 * rate * t[:, None])
-        start = np.stack([rng.uniform(-0.8, 0.8, self.runs), *np.zeros((2, self.runs))])
-        theta = motion(self.rates, start, u, PERIOD)[:, 0]
-        noise = self.noise * rng.standard_normal((self.samples, self.runs))
-        shown = self.gain * theta[: self.samples] + noise
-        shown[self.samples // 3 :] -= self.missed
+        t, shown, u = _measured(self)
         tables = [
-            {"t": t[: self.samples], "theta": angle, "torque": torque}
-            for angle, torque in zip(shown.T, u[self.delay :].T, strict=True)
+            {"t": t, "theta": angle, "torque": torque} for angle, torque in zip(shown.T, u.T, strict=True)
         ]
         return logs_of(system, folder, tables, **({"group": self.groups} if self.groups else {}))
 
@@ -77,6 +68,21 @@ class Bench:
         u = np.asarray(self.supply) * (u - np.clip(u, -self.dead_zone, self.dead_zone))
         rates = [omega, (u - self.b * omega - self.mgl * np.sin(theta) - load) / 0.02]
         return np.stack([*rates, *((theta - z) / time for z in memory)])
+
+
+@cache  # many tests log the same bench
+def _measured(bench: Bench) -> tuple[Array, Array, Array]:
+    """Time (samples,), angle and torque (samples, runs) as a bench logs them."""
+    rng = np.random.default_rng(bench.seed)
+    t = np.arange(bench.samples + bench.delay) * PERIOD
+    phase, rate = rng.uniform(0.0, 6.0, bench.runs), np.linspace(3.0, 9.0, bench.runs)
+    u = 0.7 * np.sin(rate * t[:, None] + phase) + 0.3 * np.sin(2.3 * rate * t[:, None])
+    start = np.stack([rng.uniform(-0.8, 0.8, bench.runs), *np.zeros((2, bench.runs))])
+    theta = motion(bench.rates, start, u, PERIOD)[:, 0]
+    noise = bench.noise * rng.standard_normal((bench.samples, bench.runs))
+    shown = bench.gain * theta[: bench.samples] + noise
+    shown[bench.samples // 3 :] -= bench.missed
+    return t[: bench.samples], shown, u[bench.delay :]
 
 
 def exact(system: System) -> System:

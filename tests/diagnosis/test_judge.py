@@ -12,7 +12,7 @@ from tests.diagnosis.studies import effect, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.judge import judgement
-from unmodelled.diagnosis.judge.base import Base, bases
+from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_numbers, chain_of, unusual_parts
 from unmodelled.diagnosis.judge.classes import BAR, best_class
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
@@ -47,8 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def rubbing(folder: Path) -> Base:
     """Of a pendulum with dry friction, at the default horizon."""
-    found = study(folder / "rubbing", Bench())
-    return next(bases(found, begun(found)))
+    return judged(folder / "friction", Bench()).looks[0].parent.base
 
 
 def test_friction_is_named_and_nothing_where_nothing_is(folder: Path) -> None:

@@ -211,7 +211,7 @@ def spiked(seed: int) -> Spoil:
     return spoil
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(k, marks=pytest.mark.long) for k in range(2, 6))])
 def test_a_window_that_starts_at_bad_samples_is_no_wrong_clock(
     seed: int, frictionless: Path, tmp_path: Path
 ) -> None:
@@ -360,7 +360,7 @@ def test_true_effects_raise_no_alarm(spoil: Spoil, right: Path, tmp_path: Path) 
     assert log_faults(*spoilt(right, tmp_path, spoil), HORIZON) == ()
 
 
-@pytest.mark.parametrize("limit", [0.03, 0.1, 0.3])
+@pytest.mark.parametrize("limit", [pytest.param(0.03, marks=pytest.mark.long), 0.1, 0.3])
 def test_a_drive_that_saturates_is_no_wrong_unit(limit: float, tmp_path: Path) -> None:
     """Of commands that are up to thirty times too large, a thousandth predicts better than all."""
     system = pendulum(tmp_path)

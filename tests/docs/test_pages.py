@@ -142,9 +142,8 @@ def newcomer(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", pytest.param("docs/own_data/README.md", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("page", ["README.md", "docs/own_data/README.md"])
 def test_python_examples_print_what_they_show(page: str, newcomer: Path) -> None:
     """The training, which takes a minute, is left out: the notebooks run one."""
     code = next(text for text in blocks(ROOT / page, "python") if text.startswith("import unmodelled"))

@@ -32,7 +32,7 @@ def test_logs_in_every_form_have_the_same_gap(logs: object) -> None:
 
 
 def test_a_result_stands_for_its_system() -> None:
-    fit = um.train(SYSTEM.source, LOGS.source, um.one_per_port(hidden=2))
+    fit = um.train(SYSTEM.source, LOGS.source, um.one_per_port(hidden=8))
     first = um.simulate(fit, LOGS)
     again = um.simulate(first, Path(LOGS.source))
     assert first.system == SYSTEM and again.value == first.value

@@ -190,8 +190,8 @@ def test_a_model_says_which_data_it_needs() -> None:
 #: Models of any system build on one of these files of conf/training/.
 TRAINING = re.compile(r"/training@_here_: (one_step|multi_step|shooting)\n")
 MODELS = [name for name, file in PROGRAM.groups()["model"].items() if TRAINING.search(file.read_text())]
-#: Models that the quick tests train: none, one and two networks, one step at a time and over windows.
-QUICK = {"physics", "black_box", "nnap_split"}
+#: Models that the quick tests train: no network and one, one step at a time and over windows.
+QUICK = {"physics", "black_box"}
 TINY = ["epochs=2", "recurrent_epochs=2", "window_epochs=2", "shooting_epochs=4"]
 
 

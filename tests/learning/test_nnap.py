@@ -132,13 +132,18 @@ def without_physics(system: System) -> Augmented:
     return black_box(4, names_of(system))(system, ()).structure
 
 
-#: Systems of the quick tests: one port, and two bodies.
-QUICK = {"pendulum", "coupling"}
+BUILDS = (alone, with_networks, split, without_physics)
+#: What the quick tests compile: all structures with one port; with two bodies, what depends on the bodies.
+QUICK = {*(("pendulum", build) for build in BUILDS), ("coupling", alone), ("coupling", split)}
 
 
-@pytest.mark.parametrize("build", [alone, with_networks, split, without_physics])
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.long) for name in NAMES]
+    ("name", "build"),
+    [
+        pytest.param(name, build, marks=() if (name, build) in QUICK else pytest.mark.long)
+        for name in NAMES
+        for build in BUILDS
+    ],
 )
 def test_compiled_free_run_equals_reference(name: str, build: Build) -> None:
     given = problem(build(built_in(name)))

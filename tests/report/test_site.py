@@ -187,20 +187,19 @@ def test_measured_machines_have_a_page(inputs: Path, tmp_path: Path) -> None:
     assert "emps · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
 
 
-@pytest.mark.parametrize(
-    "verdict", [verdicts.HOLDS, verdicts.DIRECTION, verdicts.FAILS, verdicts.TOO_FEW, verdicts.UNTESTED]
-)
-def test_every_verdict_has_a_tile_and_a_colour(verdict: str, inputs: Path, tmp_path: Path) -> None:
-    rows = [claim(id=f"other_{k}", verdict=verdict) for k in range(7)]
+def test_every_verdict_has_a_tile_and_a_colour(inputs: Path, tmp_path: Path) -> None:
+    every = [verdicts.HOLDS, verdicts.DIRECTION, verdicts.FAILS, verdicts.TOO_FEW, verdicts.UNTESTED]
+    counts = {verdict: 7 + k for k, verdict in enumerate(every)}
+    rows = [claim(id=f"{VERDICTS[v]}_{k}", verdict=v) for v, count in counts.items() for k in range(count)]
     put(inputs / "bench" / "claims.json", rows)
-    page = make(inputs, tmp_path / "out")["index.html"]
-    kind = VERDICTS[verdict]
-    tile = rf'data-show="{kind}"><strong>(\d+)</strong><span>claims <span class="verdict {kind}">{verdict}<'
-    (found,) = re.findall(tile, page)
-    assert int(found) == 7
-    assert page.count(f'class="verdict {kind}"') == 1 + 7
-    style = (STATIC / "style.css").read_text()
-    assert f".{kind} {{ color:" in style and f".{kind}::before" in style
+    page, style = make(inputs, tmp_path / "out")["index.html"], (STATIC / "style.css").read_text()
+    for verdict, count in counts.items():
+        kind = VERDICTS[verdict]
+        label = f'<span>claims <span class="verdict {kind}">{verdict}<'
+        (found,) = re.findall(rf'data-show="{kind}"><strong>(\d+)</strong>{label}', page)
+        assert int(found) == count
+        assert page.count(f'class="verdict {kind}"') == 1 + count
+        assert f".{kind} {{ color:" in style and f".{kind}::before" in style
 
 
 def test_verdicts_of_a_full_run_stand_beside_and_sort(inputs: Path, tmp_path: Path) -> None:

@@ -45,7 +45,10 @@ def held(states: tuple[sp.Symbol, ...], rates: tuple[sp.Expr, ...]) -> tuple[sp.
     speeds = {c: _rate(c.args[0], states, flat) for c in corners}
     own = {c: -sanitised(sp.diff(speeds[c], values[c])) for c in corners}
     stiff = [c for c in corners if own[c] != 0 and not own[c].free_symbols & {*values.values()}]
-    return tuple(f.xreplace(_at_the_end(stiff, values, speeds)) for f in rates) if stiff else rates
+    if not stiff:
+        return rates
+    ends = _at_the_end(stiff, values, speeds)
+    return tuple(f.xreplace(ends) for f in rates)
 
 
 def _rate(z: sp.Expr, states: Sequence[sp.Symbol], rates: Sequence[sp.Expr]) -> sp.Expr:

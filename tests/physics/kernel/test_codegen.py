@@ -28,7 +28,7 @@ SEEDS = range(10)
 x, p = symbol("x"), symbol("k")
 
 
-@pytest.mark.parametrize("seed", [*SEEDS[:3], *(pytest.param(k, marks=pytest.mark.long) for k in SEEDS[3:])])
+@pytest.mark.parametrize("seed", [*SEEDS[:2], *(pytest.param(k, marks=pytest.mark.long) for k in SEEDS[2:])])
 def test_random_system_equals_reference(seed: int) -> None:
     given = problem(random_structure(seed), windows=19, steps=3, period=0.02, seed=seed)
     assert_equal(given, Integration(0.02, "euler", substeps=1 + seed % 3, hold=1.0))

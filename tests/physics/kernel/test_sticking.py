@@ -103,6 +103,11 @@ def test_kernel_equals_reference_in_value_and_gradient(tmp_path: Path, v_c: floa
     given = problem(trained, windows=19, steps=6, period=PERIOD)
     given = replace(given, x0=0.1 * given.x0)
     assert_equal(given, Integration(PERIOD, "rk4", hold=1.0), tolerance=1e-8)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("v_c", [1e-4, 1e-2, 0.3])
+def test_the_kernel_of_coupled_bodies_equals_the_reference(tmp_path: Path, v_c: float) -> None:
     arm = Augmented(system_of(ARM, tmp_path).with_values({"v_c": v_c}), (), ("F_c", "C"))
     assert_equal(problem(arm, windows=5, steps=4, period=PERIOD), Integration(PERIOD, "rk4"), tolerance=1e-8)
 

@@ -108,6 +108,8 @@ class Correction:
         """Return the sensors of corrected logs."""
         if self.outputs is not None:
             return Sensors(logs)
+        if (self.gain == 1.0).all() and (self.offset == 0.0).all() and (self.clock == 1.0).all():
+            return measured  # inputs alone are corrected; what is known of the outputs stays so
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))
 

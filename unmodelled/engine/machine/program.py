@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -150,22 +151,35 @@ class Equations:
 
 
 def assembled(equations: Equations) -> Program:
-    """Return the program of some equations."""
-    groups = (
-        equations.states,
-        equations.inputs,
-        (TIME,),
-        (STEP_LENGTH,),
-        equations.parameters,
-        equations.constants,
+    """Return the program of some equations; it is assembled once for equal ones."""
+    groups = equations.states, equations.inputs, equations.parameters, equations.constants
+    return _assembled(
+        tuple(map(tuple, groups)),
+        tuple(equations.rates),
+        tuple(equations.observed),
+        tuple(equations.laws.items()),
+        tuple(equations.tables),
     )
+
+
+@lru_cache(maxsize=256)
+def _assembled(
+    known: tuple[tuple[sp.Symbol, ...], ...],
+    derivatives: tuple[sp.Expr, ...],
+    seen: tuple[sp.Expr, ...],
+    laws_of: tuple[tuple[sp.Symbol, sp.Expr], ...],
+    tables: tuple[Table, ...],
+) -> Program:
+    states, inputs, parameters, constants = known
+    laws = dict(laws_of)
+    groups = states, inputs, (TIME,), (STEP_LENGTH,), parameters, constants
     levels = STATE, DRIVEN, DRIVEN, LANE, LANE, LANE
     given = {s: level for group, level in zip(groups, levels, strict=True) for s in group}
-    graph = Graph(given, equations.laws)
-    closed = tuple(e.xreplace(equations.laws) for e in equations.rates)
-    integrated = held(tuple(equations.states), closed)
-    moved = equations.rates if integrated == closed else integrated
-    rates, shown = ([graph(e) for e in part] for part in (moved, equations.observed))
+    graph = Graph(given, laws)
+    closed = tuple(e.xreplace(laws) for e in derivatives)
+    integrated = held(states, closed)
+    moved = derivatives if integrated == closed else integrated
+    rates, shown = ([graph(e) for e in part] for part in (moved, seen))
     observed, moving = (Segment.of(graph, part, STATE) for part in (shown, rates))
     driven = Segment.of(graph, (*observed.border, *moving.border), DRIVEN)
     lane = Segment.of(graph, driven.border, LANE)
@@ -181,7 +195,7 @@ def assembled(equations: Equations) -> Program:
         Places(*(*symbols, max(end for _, end in parts), *firsts)),
         np.array(code, np.uint32).reshape(-1, 6),
         np.array(list(numbers.values()), np.float64),
-        _curves(equations.tables, list(graph.curves)),
+        _curves(tables, list(graph.curves)),
         *(np.array([rows[k] for k in part], np.int64) for part in (rates, shown)),
     )
 
