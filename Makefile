@@ -89,7 +89,7 @@ CASES ?= 100
 TRACK ?= planted:7000
 ENTRANT ?= unmodelled
 withheld: $(VENV)/tools  ## the benchmark (docs/withheld): CASES=100 TRACK=planted:7000 ENTRANT=unmodelled; it goes on where it was stopped
-	@$(BIN)/python -m benchmarks.withheld -m cases=$(TRACK):$(CASES) "case=range(0,$(CASES))" entrant=$(ENTRANT) \
+	@$(BIN)/python -m benchmarks.withheld -m cases=$(TRACK):$(CASES) "case=range(0,$(CASES))" "entrant='$(ENTRANT)'" \
 		out=$(WITHHELD) hydra/launcher=joblib
 	@$(BIN)/python -m benchmarks.withheld.table $(firstword $(subst :, ,$(ENTRANT))) out=$(WITHHELD)
 

@@ -4,8 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
-from benchmarks.withheld.ruler import in_words, main, of_words, scored
+from benchmarks.withheld.ruler import in_words, main, of_words, overrides, scored
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 
@@ -104,3 +105,13 @@ def write(path: Path, content: dict[str, Any]) -> None:
 def test_words_that_compare_nothing_are_refused(words: list[str], tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"^ruler: "):
         main([*words, f"out={tmp_path}"])
+
+
+def test_an_entrant_may_have_words() -> None:
+    keys = overrides("planted:7052:3", 3, "evidence:.+by=evidence", Path("a folder"))
+    found = OverridesParser.create().parse_overrides(keys)
+    assert {o.key_or_group: o.value() for o in found if o.key_or_group != "case"} == {
+        "cases": "planted:7052:3",
+        "entrant": "evidence:.+by=evidence",
+        "out": "a folder",
+    }

@@ -211,10 +211,14 @@ def _asked(row: Content) -> str:
 
 def _answer(cases: str, entrant: str, out: Path) -> None:
     """Answer cases on all cores; what is there is kept."""
-    count = len(cases_of(cases, out))
-    keys = [f"cases={cases}", f"case=range(0,{count})", f"entrant={entrant}", f"out={out}"]
+    keys = overrides(cases, len(cases_of(cases, out)), entrant, out)
     call = [sys.executable, "-m", "benchmarks.withheld", "-m", *keys, "hydra/launcher=joblib"]
     subprocess.run(call, check=True, cwd=ROOT)
+
+
+def overrides(cases: str, count: int, entrant: str, out: Path) -> list[str]:
+    """Return the overrides of Hydra that answer cases; an entrant may have words with `=`."""
+    return [f"cases='{cases}'", f"case=range(0,{count})", f"entrant='{entrant}'", f"out='{out}'"]
 
 
 def main(words: Sequence[str]) -> None:
