@@ -79,15 +79,13 @@ class Answered:
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     """Return the diagnosis of a judgement.
 
-    It is as sure as the least sure of its laws. Without a law, `no_gap` is as sure as the share of the
-    squared residual that the best law that stands leaves, and `unknown` as no law is likelier than the best.
+    It is as sure as the least sure of its laws; without a law, as the share of the squared residual that the
+    best law that stands leaves.
     """
     study, found, models = answered.study, answered.found, answered.models
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
-    sure = min((probability_of(*one) for one in zip(found.rounds, found.laws, strict=False)), default=None)
-    if sure is None:
-        sure = left_by_best(found.look) if found.verdict == "no_gap" else chance
+    sure = min((_probability(found, k) for k in range(len(found.laws))), default=left_by_best(found.look))
     level, system = study.thresholds.level, study.system
     reported = [n for law in answered.laws for n in law.reported]
     return Diagnosis(
@@ -120,19 +118,24 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     )
 
 
+def _probability(found: Judgement, k: int) -> float:
+    """Probability of a named class: what all laws leave of the squared residual is something else's."""
+    return probability_of(found.rounds[k], found.laws[k]) * found.final.explained
+
+
 def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
     """Effects with their shares of the gap, the largest first."""
     found, steps, limits = answered.found, answered.models.steps, answered.study.thresholds
     squares, floor = np.array([step.gap.value**2 for step in steps]), steps[-1].gap.floor
     effects = []
-    for k, (look, one, law) in enumerate(zip(found.rounds, found.laws, answered.laws, strict=False)):
+    for k, (one, law) in enumerate(zip(found.laws, answered.laws, strict=True)):
         many = 1 + limits.most_equal
         effects.append(
             DiagnosedEffect(
                 law,
                 {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in law.reported},
                 own={},
-                confidence=min(probability_of(look, one), HIGHEST_CONFIDENCE),
+                confidence=min(_probability(found, k), HIGHEST_CONFIDENCE),
                 shrink=float(shares(squares, floor, k, k + 1)),
                 interval=share_interval(steps, k, k + 1, answered.study.seed),
                 indistinguishable=tuple(each.added for each in one.members[1:many]),
