@@ -31,13 +31,13 @@ def held(states: tuple[sp.Symbol, ...], rates: tuple[sp.Expr, ...]) -> tuple[sp.
 
     Of z' = s - k*tanh(z), the excess of h*k over one is taken where the step h ends: the linear part of the
     rates is then never faster than 1/h. Corners that act on each other, such as of the joints of an arm, are
-    solved one after the other (Gauss and Seidel). The rates have the laws of all ports inserted; they are the
-    same where no corner slows its own argument.
+    solved one after the other (Gauss and Seidel). Friction on what moves by itself is left alone. The rates
+    have the laws of all ports inserted; they are the same where no corner slows its own argument.
     """
-    moving = set(states)
-    corners = sorted(
-        {c for f in rates for c in f.atoms(sp.tanh) if c.free_symbols & moving}, key=sp.default_sort_key
-    )
+    # a corner holds at rest: the neurons of a network, with their biases, are none
+    moving, rest = set(states), dict.fromkeys(states, sp.S.Zero)
+    every = {c for f in rates for c in f.atoms(sp.tanh) if c.free_symbols & moving}
+    corners = sorted((c for c in every if c.args[0].xreplace(rest) == 0), key=sp.default_sort_key)
     if not corners:
         return rates
     values = {c: sp.Dummy(real=True) for c in corners}

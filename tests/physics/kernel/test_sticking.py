@@ -129,3 +129,11 @@ def test_what_does_not_slow_itself_is_no_friction(tmp_path: Path) -> None:
     x, y, k = symbol("x"), symbol("y"), symbol("k")
     for rates in ((k * sp.tanh(y), -x), (k * x, -y), (sp.tanh(x) ** 2, sp.S.Zero)):
         assert held((x, y), rates) == rates
+
+
+def test_neurons_of_a_network_are_no_friction() -> None:
+    """With their biases they hold nothing at rest; corners of many networks are many to solve for."""
+    x, k = symbol("x"), symbol("k")
+    rates = (-k * sp.tanh(3.0 * x + 0.2),)
+    assert held((x,), rates) == rates
+    assert held((x,), (-k * sp.tanh(3.0 * x),)) != (-k * sp.tanh(3.0 * x),)

@@ -68,8 +68,10 @@ class LastFit:
 
     def judged(self, label: str, every: Study) -> JudgedModel:
         """Return the model with its gap over windows of the horizon of `every`, experiments left out."""
-        study = replace(every, system=self.leaving.study.system)
-        fit = replace(self.fitted.fit, values=self.values, own={})
+        study, whole = replace(every, system=self.leaving.study.system), self.fitted.fit
+        # such as the start of a state that no sensor shows
+        own = {u.name: whole.own[self.names[u.name]] for u in self.leaving.unknowns if u.own}
+        fit = replace(whole, values=self.values, own=own)
         leaves = FittedHypothesis(replace(self.leaving, study=study), self.fitted.recording, fit)
         return self.left_out_of(judged_model(label, leaves))
 
