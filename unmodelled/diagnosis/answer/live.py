@@ -63,6 +63,7 @@ def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
     labels = [None if curve is None else curve[0] for curve in curves]
     held_out = diagnosis.held_out
     order = [*held_out, *(i for i in range(len(logs)) if i not in held_out)]
+    marked = held_out if len(held_out) < len(logs) else ()  # where each is left out once, none is special
     constants = [(_constants(diagnosis, i), logs.c[i]) for i in range(len(logs))]
     return {
         **machine(system, diagnosis.logs, observed, diagnosis.horizon),
@@ -75,7 +76,7 @@ def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
             {"name": readable(found.added), "curve": label, **about}
             for found, label, about in zip(diagnosis.effects, labels, about_effects(diagnosis), strict=True)
         ],
-        "experiments": experiments(system, diagnosis.logs, order, constants, held_out),
+        "experiments": experiments(system, diagnosis.logs, order, constants, marked),
     }
 
 

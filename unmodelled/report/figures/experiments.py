@@ -39,6 +39,7 @@ def gaps_as_given(data: Path) -> Figure:
 def _drawn(data: Path, names: list[str]) -> Figure:
     every = table(data, "experiments").sort_values("reidentified", ascending=False, kind="stable")
     rows, fitted = every.head(MOST), len(names) > 1
+    starred = fitted and not every["held_out"].all()  # where each is left out once, none is special
     figure = new_figure(1.5 + 0.24 * len(rows), 8.5)
     axes = figure.subplots()
     place = np.arange(len(rows))
@@ -50,7 +51,7 @@ def _drawn(data: Path, names: list[str]) -> Figure:
         axes.plot(rows[name], place, look.marker, color=look.colour, markersize=6.5, markeredgecolor="white")
     log_gaps(axes, 0.7 * float(ends.min(axis=None)), 1.4 * float(ends.max(axis=None)))
     labels = [
-        f"{'★ ' if held and fitted else ''}{name}"
+        f"{'★ ' if held and starred else ''}{name}"
         for name, held in zip(rows["id"], rows["held_out"], strict=True)
     ]
     axes.set_yticks(place, labels)
