@@ -252,24 +252,28 @@ class Linearised:
         squares of both in their priors are the second array, (experiments,).
         """
         sigma = self.sigma if sigma is None else sigma
-        S, inverse, started = self._starts
         unit, at, scaled = self._own
         size, (own_inverse, moved, _) = unit * np.where(scaled, sigma, 1.0), self._eliminated[sigma]
         outputs, many, squares, penalty = self.weights.root.shape[2], self.opened + 1, [], []
-        for k, (run, step) in enumerate(zip(self.runs, steps, strict=True)):
-            shared, mine = np.append(-step, 1.0), self.columns.path.owner == run
-            base, own = self._base[mine], moved[k] @ shared
-            left, start = np.zeros(base.shape[:2]), np.zeros(started[mine].shape[:2])
+        for k, ((mine, base, S, inverse, started), step) in enumerate(zip(self._parts, steps, strict=True)):
+            shared, start = np.append(-step, 1.0), np.zeros(started.shape[:2])
+            own, more = moved[k] @ shared, 0.0 if change is None else change[mine]
             if change is not None:
-                start = np.einsum("wsq,wkq,wk->ws", inverse[mine], S[mine], change[mine])
-                left = change[mine] - np.einsum("wks,ws->wk", S[mine], start)
-                own = own + own_inverse[k] @ np.einsum("wkn,wk->n", base[..., many:], left)
+                start = np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, more))
+                beyond = more - np.einsum("wks,ws->wk", S, start)
+                own = own + own_inverse[k] @ np.einsum("wkn,wk->n", base[..., many:], beyond)
             every = np.concatenate([shared, -own])
-            start = start + started[mine] @ every
-            left = left + base @ every - np.einsum("wks,ws->wk", S[mine], started[mine] @ every)
+            start = start + started @ every
+            left = more + base @ every - np.einsum("wks,ws->wk", S, start)
             squares.append((left.reshape(len(left), -1, outputs) ** 2).sum(axis=(0, 1)))
             penalty.append(np.sum((start / START) ** 2) + np.sum(((at[k] + own) / size) ** 2))
         return np.array(squares), np.array(penalty)
+
+    @cached_property
+    def _parts(self) -> list[tuple[Mask, Array, Array, Array, Array]]:
+        """By experiment: its windows, and of these `_base` and `_starts`, split once for all laws."""
+        owner, of_windows = self.columns.path.owner, (self._base, *self._starts)
+        return [(owner == run, *(each[owner == run] for each in of_windows)) for run in self.runs]
 
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""

@@ -59,9 +59,8 @@ def scan(around: Linearised) -> list[Row]:
             for factor, level, members in local:
                 here = np.isin(np.arange(len(around.runs)), members)
                 own = [at_level(atom, factor, level) for atom in atoms]
-                there = columns * np.isin(around.columns.path.owner, around.runs[here])[:, None, None, None]
                 reduced = around.reduced(products, here)
-                found.append(_best(around, own, there, len(atoms) * len(local), reduced))
+                found.append(_best(around, own, columns, len(atoms) * len(local), reduced, here))
     return found
 
 
@@ -71,9 +70,14 @@ def row_of(around: Linearised, atom: Atom, columns: Array) -> Row:
 
 
 def _best(
-    around: Linearised, atoms: Sequence[Atom], columns: Array, shapes: int, reduced: Mapping[float, Reduced]
+    around: Linearised,
+    atoms: Sequence[Atom],
+    columns: Array,
+    shapes: int,
+    reduced: Mapping[float, Reduced],
+    here: Mask | None = None,
 ) -> Row:
-    """The best of atoms that have as many columns each, side by side."""
+    """The best of atoms with as many columns each, side by side, that are there in `here` only, if given."""
     many, best, choice = columns.shape[3] // len(atoms), -np.inf, (0, SIGMAS[0], np.zeros(0))
     for sigma, one in reduced.items():
         for k, atom in enumerate(atoms):
@@ -85,7 +89,10 @@ def _best(
     atom, mine, steps = atoms[k], slice(many * k, many * (k + 1)), reduced[sigma].steps
     step = steps[:, -1] - steps[:, mine] @ amount
     cost = around.weights.price(atom.numbers) + float(np.log(shapes))
-    nats = around.evidence_with(columns[..., mine] @ amount, step, sigma) - around.evidence
+    added = columns[..., mine] @ amount
+    if here is not None:
+        added[~np.isin(around.columns.path.owner, around.runs[here])] = 0.0
+    nats = around.evidence_with(added, step, sigma) - around.evidence
     return Row(atom, shapes, nats - cost, amount)
 
 

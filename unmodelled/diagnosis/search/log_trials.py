@@ -71,15 +71,14 @@ class Trials:
     def square(self, correction: Correction, steps: int, every: bool = False) -> Array:
         """Return the mean square error (experiments,) of the system as given, over windows and outputs."""
         simulation = self._simulation(correction, steps, every)
-        numbers = simulation.values[None, None] if self.numbers is None else self.numbers
-        return self._error(simulation, correction, numbers)
+        return self._error(simulation, correction, self._given(simulation))
 
     def typical(self, correction: Correction, steps: int) -> Array:
         """Return the median over windows of their mean square error, (experiments,): no push moves it."""
         simulation = self._simulation(correction, steps, every=True)
-        numbers = simulation.values[None, None] if self.numbers is None else self.numbers
-        recording, square = simulation.recording, self._off(simulation, correction, numbers)[:, 0] ** 2
-        each = np.einsum("wkj,wk->w", square, recording.counted) / (square.shape[2] * recording.steps)
+        recording = simulation.recording
+        square = self._off(simulation, correction, self._given(simulation))[:, 0] ** 2
+        each = self._sums(recording, square) / recording.steps
         mine = [each[recording.owner == i] for i in range(len(self.logs))]
         return np.array([np.median(own) if len(own) else 0.0 for own in mine])
 
@@ -145,10 +144,19 @@ class Trials:
 
     def _mean(self, recording: Recording, square: Array) -> Array:
         """Return means, shape (experiments,), of squares of shape (windows, most steps, outputs)."""
-        sums = np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2]
-        total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in (sums, recording.steps))
+        every = self._sums(recording, square), recording.steps
+        total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in every)
         # an experiment without a window says nothing: no error
         return np.asarray(np.divide(total, count, out=np.zeros(len(self.logs)), where=count > 0.0))
+
+    @staticmethod
+    def _sums(recording: Recording, square: Array) -> Array:
+        """Return sums over samples, shape (windows,), of the mean over outputs of squares, as in `_mean`."""
+        return np.asarray(np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2])
+
+    def _given(self, simulation: Simulation) -> Array:
+        """Return the parameters of these trials, or else those of the system file."""
+        return simulation.values[None, None] if self.numbers is None else self.numbers
 
     def _simulation(self, correction: Correction, steps: int, every: bool = False) -> Simulation:
         return Simulation(self.system, self._recording(correction, steps, every))
