@@ -20,10 +20,10 @@ from unmodelled.design.runs import Simulated, equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
 from unmodelled.diagnosis.fitting.unknowns import Unknown
-from unmodelled.diagnosis.search.discovered import DiscoveredLaw
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.columns import Member
+from unmodelled.effects.discovered_law import DiscoveredLaw
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place

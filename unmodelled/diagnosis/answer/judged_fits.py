@@ -137,7 +137,7 @@ def _fit(last: Parent, system: System, kept: Collection[Key]) -> LastFit:
     tau, values = float(last.residual.tau.max()), last.fitted.fit.every
     hypothesis, names = among(last.fitted.hypothesis, kept, system, float(np.sqrt(last.base.tau / tau)))
     start = {name: values[before] for name, before in names.items() if before in values}
-    return LastFit(last.base.fit(hypothesis, [start]), tau)
+    return LastFit(last.base.fit(hypothesis, start), tau)
 
 
 def among(

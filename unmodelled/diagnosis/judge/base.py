@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from unmodelled.diagnosis.judge.residual import Residual
 #: experiments everything else that is wrong adds up.
 LENGTHS = 1.0, 4.0
 #: Window samples of a fit, about: a budget of time.
-SAMPLES = 15_000
+SAMPLES = 8_000
 #: Share of the loss by which an iteration must lower it, and most iterations: hypotheses differ by more.
 NEAR, ITERATIONS = 1e-3, 15
 #: Sensor noises from which a gap matters, and share of the error of a prediction without a model.
@@ -46,11 +46,9 @@ class Base:
         """Return the length of the longest window, s."""
         return self.recording.logs.period * int(self.recording.steps.max())
 
-    def fit(self, hypothesis: Hypothesis, starts: Sequence[Start]) -> FittedHypothesis:
-        """Fit a hypothesis to the same windows, from each start apart; return the fit that leaves least."""
-        substeps = self.fitted.fit.substeps
-        found = [_fit(hypothesis, self.recording, start, substeps) for start in starts]
-        return min(found, key=_left)
+    def fit(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
+        """Fit a hypothesis to the same windows."""
+        return _fit(hypothesis, self.recording, start, self.fitted.fit.substeps)
 
     def matters(self, residual: Residual) -> bool:
         """Return whether a residual is above the noise of the sensors and a share of the motion."""

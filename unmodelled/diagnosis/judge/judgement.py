@@ -11,8 +11,9 @@ from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import bases
-from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class
+from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
+from unmodelled.diagnosis.judge.formulas import formulas
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refits
 from unmodelled.diagnosis.judge.scan import scan
 from unmodelled.effects.effect import USUAL_PERIODS
@@ -94,8 +95,15 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
         rounds.append(look)
         parent = parent.beside(further.speaker)
 
-    # 4. What is left decides the verdict. Laws that leave more than they explain are not what is missing.
+    # 4. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
+    #    law. Laws that leave more than they explain are not what is missing.
     verdict = _verdict(parent, matters, bool(laws))
+    if verdict in ("main_effect", "unknown"):
+        say("write down a law")
+        written = _written(looks)
+        if written is not None:
+            look, law = written
+            return Judgement("effect", (law,), tuple(looks), (look,), look.parent.beside(law.speaker))
     if verdict == "main_effect" and parent.explained < MAIN:
         return Judgement("unknown", (), tuple(looks), (rounds[0],), rounds[0].parent, first)
     return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
@@ -115,6 +123,15 @@ def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass |
         return look, None
     least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
     return look, best_class([one for one in found if one.nats >= least])
+
+
+def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
+    """The shortest formula that leaves nothing, over the longest windows at which there is one."""
+    for look in reversed(looks):
+        for law in formulas(look.parent):
+            if stands(law) and _verdict(look.parent.beside(law), True, True) == "effect":
+                return Look(look.parent, (*look.refits, law)), LawClass((law,), np.ones(1))
+    return None
 
 
 def _verdict(final: Parent, matters: bool, named: bool) -> Verdict:

@@ -106,10 +106,21 @@ class Linearised:
         base = self._base
         return self._sums(base.swapaxes(1, 2) @ base - (S.swapaxes(1, 2) @ base).swapaxes(1, 2) @ step)
 
+    @cached_property
+    def _of_windows(self) -> Indices:
+        """Places in `runs` of the windows' experiments, (windows,)."""
+        return np.searchsorted(self.runs, self.columns.path.owner)
+
+    @cached_property
+    def _sorted(self) -> tuple[Indices, Indices]:
+        """Windows by experiment, and the first of each in this order."""
+        order = np.argsort(self._of_windows, kind="stable")
+        return order, np.searchsorted(self._of_windows[order], np.arange(len(self.runs)))
+
     def _sums(self, each: Array) -> Array:
         """Sums over the windows of every experiment."""
-        owner = self.columns.path.owner
-        return np.stack([each[owner == run].sum(axis=0) for run in self.runs])
+        order, first = self._sorted
+        return np.asarray(np.add.reduceat(each[order], first, axis=0))
 
     @cached_property
     def _eliminated(self) -> Mapping[float, tuple[Array, Array, Products]]:
@@ -254,26 +265,20 @@ class Linearised:
         sigma = self.sigma if sigma is None else sigma
         unit, at, scaled = self._own
         size, (own_inverse, moved, _) = unit * np.where(scaled, sigma, 1.0), self._eliminated[sigma]
-        outputs, many, squares, penalty = self.weights.root.shape[2], self.opened + 1, [], []
-        for k, ((mine, base, S, inverse, started), step) in enumerate(zip(self._parts, steps, strict=True)):
-            shared, start = np.append(-step, 1.0), np.zeros(started.shape[:2])
-            own, more = moved[k] @ shared, 0.0 if change is None else change[mine]
-            if change is not None:
-                start = np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, more))
-                beyond = more - np.einsum("wks,ws->wk", S, start)
-                own = own + own_inverse[k] @ np.einsum("wkn,wk->n", base[..., many:], beyond)
-            every = np.concatenate([shared, -own])
-            start = start + started @ every
-            left = more + base @ every - np.einsum("wks,ws->wk", S, start)
-            squares.append((left.reshape(len(left), -1, outputs) ** 2).sum(axis=(0, 1)))
-            penalty.append(np.sum((start / START) ** 2) + np.sum(((at[k] + own) / size) ** 2))
-        return np.array(squares), np.array(penalty)
-
-    @cached_property
-    def _parts(self) -> list[tuple[Mask, Array, Array, Array, Array]]:
-        """By experiment: its windows, and of these `_base` and `_starts`, split once for all laws."""
-        owner, of_windows = self.columns.path.owner, (self._base, *self._starts)
-        return [(owner == run, *(each[owner == run] for each in of_windows)) for run in self.runs]
+        (S, inverse, started), base, many = self._starts, self._base, self.opened + 1
+        shared = np.concatenate([-steps, np.ones((len(steps), 1))], axis=1)
+        own, start, more = np.einsum("rij,rj->ri", moved, shared), np.zeros(S.shape[::2]), np.zeros(1)
+        if change is not None:
+            start = np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, change))
+            beyond = change - np.einsum("wks,ws->wk", S, start)
+            deviations = self._sums(np.einsum("wkn,wk->wn", base[..., many:], beyond))
+            own, more = own + np.einsum("rij,rj->ri", own_inverse, deviations), change
+        every = np.concatenate([shared, -own], axis=1)[self._of_windows]
+        start = start + np.einsum("wsn,wn->ws", started, every)
+        left = more + np.einsum("wkn,wn->wk", base, every) - np.einsum("wks,ws->wk", S, start)
+        squares = (left.reshape(len(left), -1, self.weights.root.shape[2]) ** 2).sum(axis=1)
+        penalty = self._sums(((start / START) ** 2).sum(axis=1)) + (((at + own) / size) ** 2).sum(axis=1)
+        return self._sums(squares), penalty
 
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""

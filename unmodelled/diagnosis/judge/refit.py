@@ -100,13 +100,13 @@ class Carried:
 
 
 def refits(parent: Parent, rows: Sequence[Row], carried: Carried | None = None) -> list[Refit]:
-    """Refit the best law of every kind and place, those of shorter windows, and others where one wins.
+    """Refit the best paying law of every kind and place, those of shorter windows, and some where one wins.
 
     The place is decided first, the form after it: the best laws of a linear step are often forms of one law.
     `carried` learns the fits.
     """
     several = dict[tuple[object, ...], Row]()
-    for row in sorted(rows, key=lambda row: -row.nats):
+    for row in sorted((row for row in rows if row.nats > 0.0), key=lambda row: -row.nats):
         several.setdefault(row.about, row)
     wanted = list(several.values())[:REFITS]
     known = {row.key for row in wanted}
@@ -137,13 +137,12 @@ def _fitted(parent: Parent, rows: Sequence[Row], carried: Carried | None) -> lis
 
 
 def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | None:
-    """Fit a law from its linear step and from its fit to shorter windows; None where it cannot be added."""
+    """Fit a law from its fit to shorter windows or its linear step; None where it cannot be added."""
     base, proposal = parent.base, Proposal(parent.fitted, (row.atom,), (row.amount,))
     if not proposal.is_possible:
         return None
-    linear = dict(proposal.starts[0])
-    starts: list[Start] = [linear] if carried is None else [linear, {**linear, **carried}]
-    fitted = base.fit(proposal.hypothesis, starts)
+    linear: Start = dict(proposal.starts[0])
+    fitted = base.fit(proposal.hypothesis, {**linear, **(carried or {})})
     residual = Residual.of(fitted)
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))

@@ -80,11 +80,11 @@ def _best(
     """The best of atoms with as many columns each, side by side, that are there in `here` only, if given."""
     many, best, choice = columns.shape[3] // len(atoms), -np.inf, (0, SIGMAS[0], np.zeros(0))
     for sigma, one in reduced.items():
-        for k, atom in enumerate(atoms):
-            gain, amount = removed(one.products, np.arange(many * k, many * (k + 1)), atom.positive)
-            nats = around.pooled(one, one.products[-1, -1] - gain)
-            if nats > best:
-                best, choice = nats, (k, sigma, amount)
+        gains, amounts = _removed_each(one.products, atoms, many)
+        k = int(np.argmax(gains))
+        nats = around.pooled(one, float(one.products[-1, -1] - gains[k]))
+        if nats > best:
+            best, choice = nats, (k, sigma, amounts[k])
     k, sigma, amount = choice
     atom, mine, steps = atoms[k], slice(many * k, many * (k + 1)), reduced[sigma].steps
     step = steps[:, -1] - steps[:, mine] @ amount
@@ -94,6 +94,20 @@ def _best(
         added[~np.isin(around.columns.path.owner, around.runs[here])] = 0.0
     nats = around.evidence_with(added, step, sigma) - around.evidence
     return Row(atom, shapes, nats - cost, amount)
+
+
+def _removed_each(G: Array, atoms: Sequence[Atom], many: int) -> tuple[Array, Array]:
+    """Squared residual that every atom removes alone, (atoms,), and amounts, (atoms, many)."""
+    mine = np.arange(len(atoms) * many).reshape(len(atoms), many)
+    H, g = G[mine[:, :, None], mine[:, None]], G[mine, -1]
+    size = np.sqrt(np.maximum(np.einsum("amm->am", H), 0.0))
+    there = np.maximum(size, NOTHING)
+    normed = H / (there[:, :, None] * there[:, None]) + 1e-9 * np.eye(many)
+    amounts = np.linalg.solve(normed, (g / there)[..., None])[..., 0] / there
+    positive = np.array([atom.positive for atom in atoms])
+    for k in np.flatnonzero(((positive & (amounts < 0.0)) | (size <= NOTHING)).any(axis=1)):
+        amounts[k] = removed(G, mine[k], positive[k])[1]
+    return np.einsum("am,am->a", amounts, g), amounts
 
 
 def removed(G: Array, mine: Indices, positive: Mask) -> tuple[float, Array]:

@@ -1,0 +1,71 @@
+"""A formula in position and speed of a port: a law that the library lacks, grown term by term."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import comb
+
+import numpy as np
+
+from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.refit import FAULTS, Parent, Refit, refit
+from unmodelled.diagnosis.judge.scan import Row, removed
+from unmodelled.effects.discovered_law import DiscoveredLaw, formula_of, formula_terms
+from unmodelled.effects.formula_candidates import Term
+from unmodelled.effects.place import Place
+from unmodelled.systems.model import Port
+
+#: Terms of the longest formula.
+LONGEST = 3
+
+
+def formulas(parent: Parent) -> Iterator[Refit]:
+    """Yield formulas of one, two, three terms in the port where one term explains most.
+
+    Terms are added as long as they pay, each chosen around the fit with those before it: far from the truth,
+    the columns of a speed and of its square are hard to tell apart. A formula pays for the number of formulas
+    of its length.
+    """
+    study = parent.around.columns.path.hypothesis.study
+    ports = [(port, formula_terms(study.system, port, study.scales)) for port in study.system.ports]
+    if not ports:
+        return
+    port, terms = max(ports, key=lambda one: float(_gains(parent.around, *one)[0].max()))
+    chosen, amounts, around, nats = list[int](), np.zeros(len(terms)), parent.around, 0.0
+    for _ in range(min(LONGEST, len(terms))):
+        gains, steps = _gains(around, port, terms)
+        gains[chosen] = -np.inf
+        amounts[int(np.argmax(gains))] = steps[int(np.argmax(gains))]
+        chosen = sorted([*chosen, int(np.argmax(gains))])
+        one = _fitted(
+            parent, port, [terms[k] for k in chosen], amounts[chosen], comb(len(terms), len(chosen))
+        )
+        if one is None or one.nats < nats:
+            return
+        if isinstance(formula_of([terms[k] for k in chosen], study.system, port), DiscoveredLaw):
+            yield one
+        amounts[chosen] = [one.numbers[name][0] for name in one.added.amplitudes] / one.row.atom.scale
+        around, nats = parent.beside(one).around, one.nats
+
+
+def _gains(around: Linearised, port: Port, terms: Sequence[Term]) -> tuple[Array, Array]:
+    """Squared residual that every term removes alone, and its amount in plausible sizes, (terms,) each."""
+    place, any_sign = Place("port", port.name), np.zeros(1, np.bool_)
+    columns = around.columns.of_law(DiscoveredLaw(terms).law(around.columns.sites[place]), place)
+    G = around.reduced(around.products(columns))[around.sigma].products
+    each = [removed(G, np.array([k]), any_sign) for k in range(len(terms))]
+    return np.array([gain for gain, _ in each]), np.array([float(amount[0]) for _, amount in each])
+
+
+def _fitted(parent: Parent, port: Port, terms: Sequence[Term], amounts: Array, formulas: int) -> Refit | None:
+    """A formula refitted; None where it cannot be."""
+    place, law = Place("port", port.name), DiscoveredLaw(terms)
+    amplitudes = law.law(parent.around.columns.sites[place]).amplitudes.values()
+    scale, any_sign = np.array([a.scale for a in amplitudes]), np.zeros(len(terms), np.bool_)
+    row = Row(Atom(law, place, {}, scale, any_sign, len(terms)), formulas, np.nan, amounts)
+    try:
+        return refit(parent, row)
+    except FAULTS:
+        return None
