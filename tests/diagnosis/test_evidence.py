@@ -142,7 +142,7 @@ def test_every_experiment_has_a_step_and_not_all_parts_of_the_chain_pay(folder: 
 
 
 def test_another_way_is_refused(folder: Path) -> None:
-    with pytest.raises(BadInput, match="by: must be search or evidence, got 'luck'"):
+    with pytest.raises(BadInput, match="by: must be evidence or search, got 'luck'"):
         diagnose(*RUBBING.recorded(folder / "refused"), by="luck")
 
 

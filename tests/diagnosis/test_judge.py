@@ -63,6 +63,15 @@ def test_friction_is_named_and_nothing_where_nothing_is(folder: Path) -> None:
     assert none.verdict == "no_gap" and not none.laws
 
 
+def test_beside_the_chain_a_right_law_leaves_the_noise_of_the_sensor(folder: Path) -> None:
+    """Every part of the chain can be nothing: a lag of half a sample alone leaves seven times the noise."""
+    found = judged(folder / "friction", Bench())
+    for look in found.looks:
+        best = max(look.refits, key=lambda one: one.nats)
+        assert np.sqrt(best.residual.square).max() < 1.05 and best.residual.tau.max() < 1.5
+    assert not found.final.around.varies
+
+
 def test_laws_that_leave_more_than_they_explain_are_not_named(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,9 +71,9 @@ def check_answer(folder: Path) -> dict[str, Any]:
         return content
     system = read_system(folder / "out" / FILE)
     logs = read_logs(folder / "logs", system)
-    held = [logs.ids.index(name) for name in content["gap"]["held_out"]]
-    found = free_runs(system, logs, content["gap"]["horizon"], held).value
-    assert found == pytest.approx(content["gap"]["augmented"], rel=1e-6)
+    found = free_runs(system, logs, content["gap"]["horizon"]).value
+    # without an experiment in the fit, its error is larger
+    assert found <= (1.0 + 1e-6) * content["gap"]["augmented"] < content["gap"]["known"]
     return content
 
 

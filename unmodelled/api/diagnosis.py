@@ -27,7 +27,7 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
-    by: str = "search",
+    by: str = "evidence",
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 

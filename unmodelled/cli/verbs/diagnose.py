@@ -18,7 +18,7 @@ def diagnose(
     seed: int = 0,
     laws: Path | None = None,
     options: Mapping[str, float] | None = None,
-    by: str = "search",
+    by: str = "evidence",
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 

@@ -1,7 +1,7 @@
 """The story of a diagnosis, from top to bottom.
 
-Why a law was named: `search/candidates.py` compares what was fitted, `Candidates.named` takes the simplest
-hypothesis that no other one beats, and `beats` is the only measure of "better".
+Why a law was named: `judge/judgement.py` compares the evidence of laws, and `judge/classes.py` says which of
+them the logs cannot tell apart.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from tempfile import TemporaryDirectory
 from unmodelled.base.errors import BadInput
 from unmodelled.base.extras import missing
 from unmodelled.base.progress import say
-from unmodelled.diagnosis.answer.assembled import assembled, misread, steps_to
+from unmodelled.diagnosis.answer.assembled import misread
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
-from unmodelled.diagnosis.answer.confirmed import confirmed, small_effects
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.guesses import resting_on_guesses
 from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
+from unmodelled.diagnosis.answer.searched import diagnose_by_search
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options, check_by
@@ -31,9 +31,7 @@ from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.decide.decision import decide
 from unmodelled.diagnosis.fitting.checks import check, check_laws, check_seed, check_windows
-from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.gates.refusal import Refusal, given_file
 from unmodelled.diagnosis.gates.system_file import reason_against_system
 from unmodelled.diagnosis.search.log_faults import without_copies
@@ -55,7 +53,7 @@ def findings(
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
-    by: str = "search",
+    by: str = "evidence",
 ) -> Findings:
     """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.
@@ -74,16 +72,12 @@ def findings(
         check_windows(system, logs, horizon)
         check_laws(laws, system, logs, horizon)
 
-    # 3. to 6. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
+    # 3. to 5. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    given = system, logs, horizon, seed, threads, say, faults, limits, laws
-    if by == "evidence" and not faulty:
-        found = diagnose_by_evidence(*given)
-    else:
-        found = with_moved_lags(diagnose_gap(*given))
+    found = diagnose_gap(system, logs, horizon, seed, threads, say, faults, limits, laws, by)
 
-    # 7. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
+    # 6. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told; beside a model that is right, they are a remark.
     place = where(found, limits)
     if found.verdict == "check_logs":
@@ -94,7 +88,7 @@ def findings(
         found = replace(found, faults=(*found.faults, pushed))
     remark = [pushed.sentence] if pushed is not None and not alarm else []
 
-    # 8. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
+    # 7. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
     #    runs worse than the file it came from.
     reason, notes = _checked(found)
     refused = [Refusal(FILE, reason, given_file(found))] if reason else []
@@ -116,39 +110,17 @@ def diagnose_gap(
     faults: tuple[LogFault, ...] | None = None,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
     laws: Sequence[Effect] = (),
+    by: str = "evidence",
 ) -> Diagnosis:
-    """Find the effects that explain the gap between a system and measured experiments.
-
-    A share of the experiments is held out from fitting and choosing; gaps are computed on these.
-    """
+    """Find the effects that explain the gap between a system and measured experiments (horizon in s)."""
     if faults is None:
         system, logs, faults = without_copies(system, logs, horizon, thresholds)
     if any(fault.decides for fault in faults):
         return misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
-    study = Study.of(system, different(logs), horizon, seed, thresholds, laws)
-
-    # 3. Refit the known physics by free runs (Bock 1987). Rank everything that could be wrong as columns of
-    #    one linear system around the fit, and fit the best for real. Better is what predicts experiments that
-    #    were left out (Vehtari, Gelman and Gabry 2017). Go on around what is named.
-    # 4. What explains next to nothing of the gap of all experiments is no effect. Experiments that took no
-    #    part in any of this strike no law; they lower the verdict if their error does not fall.
-    named = confirmed(study, workers, progress)
-    search, chosen = named.search, named.chosen
-
-    # 5. Is it all? A network in every port knows no law: if it predicts further, or what is left is no noise,
-    #    more is missing.
-    steps = steps_to(search, chosen)
-    models = [judged_model(f"with {e.family} at {e.place.channel}", fitted) for e, fitted in steps]
-    network, flexible = search.beside_network(chosen)
-    models = [known_model(study), named.reidentified, *models, judged_model("neural", network)]
-
-    # 6. The verdict, what cannot be told from what is named, and how often such answers are right.
-    candidates = search.candidates
-    number, best = (candidates.fits.index(fitted) for fitted in (chosen, named.best))
-    decision = decide(candidates, number, flexible, models[-2].gap, models[1].gap, best)
-    found = assembled(search, decision, models, [effect for effect, _ in steps], faults, seed)
-    said = [effect for each in found.effects for effect in (each.added, *each.indistinguishable)]
-    return replace(found, notes=(*found.notes, *named.notes, *small_effects(named.small, said)))
+    study = Study(system, different(logs), horizon, (), thresholds, seed, tuple(laws))
+    if by == "evidence":
+        return diagnose_by_evidence(study, workers, progress, faults)
+    return with_moved_lags(diagnose_by_search(study, workers, progress, faults))
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:

@@ -7,10 +7,8 @@ from dataclasses import replace
 
 from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
 from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain, physics_fit
-from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
@@ -22,28 +20,17 @@ from unmodelled.diagnosis.where.opposite import (
     with_named_ports,
     with_ports_between,
 )
-from unmodelled.effects.effect import Effect
-from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 
 def diagnose_by_evidence(
-    system: System,
-    logs: Logs,
-    horizon: float,
-    seed: int,
-    workers: int,
-    progress: Callable[[str], None],
-    faults: Sequence[LogFault] = (),
-    thresholds: Thresholds = DEFAULT_THRESHOLDS,
-    laws: Sequence[Effect] = (),
+    given: Study, workers: int, progress: Callable[[str], None], faults: Sequence[LogFault] = ()
 ) -> Diagnosis:
     """Name the laws for which the evidence of the logs stands, beside the chain that every log has.
 
     No experiment is held out before: each is left out once, and the gaps are those of experiments left out.
     """
-    logs = different(logs)
-    given = Study(system, logs, horizon, (), thresholds, seed, tuple(laws))
+    system, logs = given.system, given.logs
 
     # 3. The known physics, with a port between ports of one kind: laws between two bodies are compared like
     #    all others. What any law explains beside the measurement chain is told by its evidence.
@@ -61,7 +48,7 @@ def diagnose_by_evidence(
     # 5. A network in every port of the known physics is the reference where something is left.
     if found.verdict in ("main_effect", "unknown"):
         progress("fit a network in every port")
-        models = replace(models, neural=_network(fit_network(search.base, search.few, seed), every))
+        models = replace(models, neural=_network(fit_network(search.base, search.few, given.seed), every))
     between = tuple(name for name in study.system.port_names if name not in system.port_names)
     return assembled(Answered(study, found, models, between), tuple(faults))
 

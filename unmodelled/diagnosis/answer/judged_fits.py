@@ -109,17 +109,38 @@ def paying_chain(last: Parent) -> list[Key]:
     """Return the parts of the chain that pay in the fit with all laws.
 
     The fit is repeated without the others until all of them pay: of parts that stand in for each other, the
-    evidence of a linear step keeps too many.
+    evidence of a linear step keeps too many. A lag is at least half a sample: without it and without all that
+    makes up for it, the fit is another one, which the evidence of both decides.
     """
-    whole = last.fitted.hypothesis
-    own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
-    chain = paying_parts(Linearised.of(last.fitted, last.base.tau))
+    chain = _all_pay(last, paying_parts(Linearised.of(last.fitted, last.base.tau)))
+    timing = {e.key for e in chain_of(last.fitted.hypothesis) if e.delays or e.memory}
+    if not timing.intersection(chain):
+        return chain
+    fewer = _all_pay(last, [key for key in chain if key not in timing])
+    return max(fewer, chain, key=lambda some: _evidence(last, some))
+
+
+def _all_pay(last: Parent, chain: list[Key]) -> list[Key]:
+    """Some parts of a chain, without those that do not pay beside the others."""
     while chain:
-        fewer = paying_parts(_fit(last, whole.study.system, {*own, *chain}).around)
+        fewer = paying_parts(_with_chain(last, chain).around)
         if set(fewer) == set(chain):
             break
         chain = fewer
     return chain
+
+
+def _evidence(last: Parent, chain: Collection[Key]) -> float:
+    """Evidence of the fit with some parts of the chain, nats; each costs its price."""
+    around = Linearised.of(_with_chain(last, chain).fitted, last.base.tau, last.weights)
+    return around.evidence - last.weights.price(len(chain))
+
+
+def _with_chain(last: Parent, chain: Collection[Key]) -> LastFit:
+    """The fit with all laws, some parts of the chain, and deviations of experiments."""
+    whole = last.fitted.hypothesis
+    own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
+    return _fit(last, whole.study.system, {*own, *chain})
 
 
 def physics_fit(last: Parent, system: System) -> LastFit:

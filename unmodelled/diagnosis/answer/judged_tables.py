@@ -11,7 +11,6 @@ from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import LawClass, stands
 from unmodelled.diagnosis.judge.judgement import Judgement, Look
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
-from unmodelled.diagnosis.judge.linear import SIGMAS
 from unmodelled.diagnosis.judge.refit import Refit
 from unmodelled.effects.added import Added
 
@@ -54,7 +53,7 @@ def _fitted(look: Look) -> list[Refit]:
 def probability_of(look: Look, found: LawClass) -> float:
     """Return the probability of a class among all laws that were compared, and none of them."""
     refits = _fitted(look)
-    scores = [look.parent.score.log_scores, *(one.score.log_scores for one in refits)]
+    scores = [look.parent.score.log_scores, *(one.log_scores for one in refits)]
     each, laws = probabilities(np.stack(scores))[1:].tolist(), {one.row.name for one in found.members}
     return float(sum(p for p, one in zip(each, refits, strict=True) if one.row.name in laws))
 
@@ -64,7 +63,7 @@ def chance_of_nothing(look: Look) -> float:
     best = max(_fitted(look), key=lambda one: one.nats, default=None)
     if best is None:
         return 1.0
-    return float(probabilities(np.stack([look.parent.score.log_scores, best.score.log_scores]))[0])
+    return float(probabilities(np.stack([look.parent.score.log_scores, best.log_scores]))[0])
 
 
 def left_by_best(look: Look) -> float:
@@ -82,11 +81,11 @@ def evidence(found: Judgement) -> tuple[Evidence, ...]:
 
 
 def strangers(found: Judgement) -> tuple[str, ...]:
-    """Return the ids of experiments that, left out, are predicted worse with the laws than without."""
+    """Return the ids of experiments whose error, left out, is larger with the laws than without."""
     if not found.laws:
         return ()
     with_laws, without = found.laws[-1].speaker.score, found.look.parent.score
-    worse = with_laws.log_scores < without.log_scores
+    worse = with_laws.square.sum(axis=1) > without.square.sum(axis=1)
     around = found.look.parent.around
     return tuple(around.fitted.recording.logs.ids[i] for i in around.runs[worse])
 
@@ -100,7 +99,7 @@ def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
         for name in added.priors
     ]
     around = found.final.around
-    if around.sigma == SIGMAS[0]:
+    if not around.varies:
         return tuple(shared)
     size = around.sigma * np.sqrt(around.tau)
     own = [

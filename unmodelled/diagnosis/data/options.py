@@ -10,9 +10,9 @@ from typing import Any
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 
-#: How a diagnosis finds laws: by a search for the set that predicts best, or by the evidence of each law
-#: beside the measurement chain, over long windows.
-WAYS = "search", "evidence"
+#: How a diagnosis finds laws: by the evidence of each law beside the measurement chain, over long windows, or
+#: by a search for the set that predicts best.
+WAYS = "evidence", "search"
 
 
 def check_by(by: str) -> None:

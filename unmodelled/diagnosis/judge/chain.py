@@ -41,9 +41,19 @@ def with_chain(physics: Hypothesis, tau: float = 1.0, without: Collection[Key] =
 
 
 def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
-    """Return a hypothesis whose last effect has further priors, SI, by number."""
+    """Return a hypothesis whose last effect has further priors, SI, by number.
+
+    A part of the chain must be able to be nothing. A lag cannot be shorter than half a sample, so an input
+    may act as much earlier: a lag of 1 ms alone hid a dry friction behind seven times the sensor noise.
+    """
     *others, last = hypothesis.effects
-    return replace(hypothesis, effects=(*others, replace(last, priors={**last.priors, **priors})))
+    study, bounds = hypothesis.study, dict(last.bounds)
+    for name, place in last.delays.items():
+        if place.kind == "actuator":
+            early = study.thresholds.input_timing * study.input_periods[place.name]
+            bounds[name] = -early, bounds[name][1]
+    last = replace(last, priors={**last.priors, **priors}, bounds=bounds)
+    return replace(hypothesis, effects=(*others, last))
 
 
 def _every(physics: Hypothesis) -> list[tuple[Effect, Place]]:

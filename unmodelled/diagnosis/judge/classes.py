@@ -69,7 +69,7 @@ def best_class(found: Sequence[Refit]) -> LawClass | None:
         plainest.setdefault(one.row.name, one)
     speaker, *others = plainest.values()
     members = speaker, *sorted(others, key=lambda one: -one.nats)
-    scores = np.stack([one.score.log_scores for one in members])
+    scores = np.stack([one.log_scores for one in members])
     return LawClass(members, probabilities(scores))
 
 

@@ -225,6 +225,11 @@ class Linearised:
         """Return the likeliest size of the deviations of experiments, in their plausible size."""
         return max(self._pooled, key=lambda sigma: self._pooled[sigma])
 
+    @property
+    def varies(self) -> bool:
+        """Return whether experiments deviate: the likeliest size pays for itself beside the smallest."""
+        return self._pooled[self.sigma] - self._pooled[SIGMAS[0]] > self.weights.price(1)
+
     @cached_property
     def evidence(self) -> float:
         """Return the evidence of the fit, nats, up to a constant of the weights."""

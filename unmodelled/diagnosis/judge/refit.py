@@ -69,6 +69,7 @@ class Refit:
     residual: Residual
     score: LeftOutRuns
     nats: float  # evidence over its parent; -inf if it leaves more than its parent
+    price: float  # of its numbers and shapes, nats
     square: Array  # mean squared residual, weighted, (outputs,)
     removed: float  # share of the squared residual of the base, of the output where it is largest
 
@@ -76,6 +77,14 @@ class Refit:
     def added(self) -> Added:
         """Return the law in the system."""
         return self.fitted.hypothesis.effects[-1]
+
+    @property
+    def log_scores(self) -> Array:
+        """Return the log densities (experiments,) of experiments left out, each with a share of the price.
+
+        A form with more numbers predicts as well where it holds the true one.
+        """
+        return np.asarray(self.score.log_scores - self.price / len(self.score.log_scores))
 
     @property
     def numbers(self) -> dict[str, tuple[float, float]]:
@@ -150,4 +159,5 @@ def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | Non
     failed = not np.isfinite(nats) or float(np.mean(residual.square / parent.residual.square)) > 1.0
     removed: Array = (parent.around.squares - around.squares) / parent.square
     own = -np.inf if failed else nats
-    return Refit(row, fitted, residual, LeftOutRuns.of(around), own, around.squares, float(removed.max()))
+    scores, share = LeftOutRuns.of(around), float(removed.max())
+    return Refit(row, fitted, residual, scores, own, price, around.squares, share)
