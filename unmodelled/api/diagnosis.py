@@ -31,8 +31,7 @@ def diagnose(
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
-    By search, a quarter of the experiments takes no part in fitting or choosing; all gaps are theirs. By
-    evidence, every experiment is left out once, and gaps are those of experiments left out. Where a fault of
+    Every experiment is left out once, and gaps are those of experiments left out. Where a fault of
     the logs, such as a unit or a sign, explains most of the gap, that is the answer (verdict check_logs).
 
     Args:
@@ -48,9 +47,10 @@ def diagnose(
             them (laws/1); default none.
         options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
             answer says which were changed.
-        by: way in which laws are found: `search` (default) fits sets of laws over windows of the horizon and
-            takes the simplest that predicts best; `evidence` compares laws beside the delays, lags, gains
-            and offsets that every log has, also over windows of four times the horizon.
+        by: way in which laws are found: `evidence` (default) compares laws beside the delays, lags, gains
+            and offsets that every log has, also over windows of four times the horizon; `search` fits sets
+            of laws over windows of the horizon and takes the simplest that predicts best a quarter of the
+            experiments, which takes no part in fitting or choosing.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.

@@ -40,7 +40,7 @@ def diagnose(
         horizon, seed, laws: see `unmodelled.api.diagnosis.diagnose`.
         options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
             defaults, which are measured.
-        by: way of diagnosis, `search` or `evidence`, see `unmodelled.api.diagnosis.diagnose`.
+        by: way of diagnosis, `evidence` or `search`, see `unmodelled.api.diagnosis.diagnose`.
 
     Raises:
         BadInput: when the system file, the logs, the horizon, the seed, a law, an option or the way of

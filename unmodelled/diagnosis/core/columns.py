@@ -22,6 +22,7 @@ from unmodelled.effects.law import Law
 from unmodelled.effects.library import effects
 from unmodelled.effects.outputs import rate_output
 from unmodelled.effects.place import Place, Site, site
+from unmodelled.systems.model import System
 
 #: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
 #: as a number of ripples per turn, has many optima, and needs all of them.
@@ -200,17 +201,22 @@ class Columns:
         found = []
         for effect in (*effects(), *hypothesis.study.laws):
             taken = {e.place.channel for e in hypothesis.effects if e.family == effect.family}
-            known = set(effect.places(hypothesis.study.system))
-            places = [p for p in effect.places(hypothesis.system) if p in known and p.channel not in taken]
-            found += [(effect, place) for place in places]
+            places = [p for p in effect.places(hypothesis.study.system) if p.channel not in taken]
+            found += [(effect, place) for place in places if hypothesis.takes(effect, place)]
         return found
 
     @cached_property
     def sites(self) -> dict[Place, Site]:
         """Return all places with the sizes of their signals."""
-        scales, ports = self.path.hypothesis.study.scales, self.path.hypothesis.study.system.ports
-        places = [*(p for _, p in self._every), *(Place("port", port.name) for port in ports)]
-        return {p: site(self.path.system, p, scales) for p in dict.fromkeys(places)}
+        study = self.path.hypothesis.study
+        places = [*(p for _, p in self._every), *(Place("port", port.name) for port in study.system.ports)]
+        return {p: site(self._system(p), p, study.scales) for p in dict.fromkeys(places)}
+
+    def _system(self, place: Place) -> System:
+        """The system that a law at a place sees: at inputs and outputs, the one beneath a chain."""
+        chained = any(added.priors for added in self.path.hypothesis.effects)
+        beneath = chained and place.kind in ("actuator", "sensor")
+        return self.path.hypothesis.study.system if beneath else self.path.system
 
     def of_law(self, law: Law, place: Place) -> Array:
         """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of a law."""
@@ -221,7 +227,7 @@ class Columns:
         """Columns (..., K, outputs, shapes * amplitudes) of a law, also where an output shows its rate."""
         sizes = np.tile(scale, len(shapes))
         found = self.at(place, self.laws.contributions(law, place, shapes) * sizes)
-        system = self.path.system
+        system = self._system(place)
         if law.rates is None or (shown := rate_output(system, place.name)) is None:
             return found
         rates = self.laws.contributions(law.rates, place, shapes) * sizes

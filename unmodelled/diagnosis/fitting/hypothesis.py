@@ -49,11 +49,37 @@ class Hypothesis:
         """Return the hypothesis with one effect more."""
         key = effect.family, effect.variant, place
         if key not in self._larger:
-            added = effect.add(self.system, place, self.study.scales)
-            self._larger[key] = Hypothesis(
-                self.study, added.system, (*self.effects, added), (*self.laws, effect)
-            )
+            beneath = _plain(place) not in effect.places(self.system) and self.takes(effect, place)
+            self._larger[key] = self._beneath(effect, place) if beneath else self._above(effect, place)
         return self._larger[key]
+
+    def takes(self, effect: Effect, place: Place) -> bool:
+        """Return whether an effect can be added at a place; the measurement chain hides none."""
+        if _plain(place) in effect.places(self.system):
+            return True
+        chain = any(added.priors for added in self.effects)
+        return chain and _plain(place) in effect.places(self.study.system)
+
+    def _above(self, effect: Effect, place: Place) -> Hypothesis:
+        """The hypothesis with an effect on top of the others."""
+        added = effect.add(self.system, place, self.study.scales)
+        return Hypothesis(self.study, added.system, (*self.effects, added), (*self.laws, effect))
+
+    def _beneath(self, effect: Effect, place: Place) -> Hypothesis:
+        """The hypothesis with an effect between the known physics and the others.
+
+        Behind the lag of a chain, an input no longer drives the speed that the limit of a drive depends on.
+        """
+        found = Hypothesis.known(self.study)._above(effect, place)
+        for added, law in zip(self.effects, self.laws, strict=True):
+            found = found._above(law, added.place)
+            *others, last = found.effects
+            now = dict(zip(added.units, last.units, strict=True))  # a name may be that of the effect
+            priors = {now[name]: size for name, size in added.priors.items()}
+            bounds = {now[name]: ends for name, ends in added.bounds.items()}
+            last = replace(last, priors=priors, bounds=bounds)
+            found = replace(found, effects=(*others, last))
+        return found
 
     def without(self, gone: Added) -> Hypothesis:
         """Return the hypothesis without one of its effects."""
@@ -183,6 +209,11 @@ class Hypothesis:
             replace(u, high=min(u.high, self.study.latest - known[late[u.name]])) if u.name in late else u
             for u in found
         ]
+
+
+def _plain(place: Place) -> Place:
+    """A place in all experiments."""
+    return replace(place, factor=None, level=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
+from unmodelled.effects.input_dependence import unused_inputs
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 
@@ -57,8 +58,17 @@ def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothes
 
 
 def _every(physics: Hypothesis) -> list[tuple[Effect, Place]]:
-    """Effects and places; what differs between experiments comes first, a memory last."""
-    found = [(effect, place) for effect in effects() for place in effect.places(physics.study.system)]
+    """Effects and places; what differs between experiments comes first, a memory last.
+
+    An input that no equation uses has no chain: behind a lag it would be used.
+    """
+    unused = {Place("actuator", name) for name in unused_inputs(physics.study.system)}
+    found = [
+        (effect, place)
+        for effect in effects()
+        for place in effect.places(physics.study.system)
+        if place not in unused
+    ]
     usual = [
         (effect, place, effect.add(physics.system, place, physics.study.scales))
         for effect, place in found

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from unmodelled.diagnosis.core.columns import Atom
-from unmodelled.diagnosis.judge.refit import FAULTS, Parent, Refit, refit
+from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.scan import Row, row_of
 from unmodelled.effects.effect import LawEffect
 from unmodelled.effects.law import Fixed, Law, signed
@@ -60,12 +60,7 @@ def free_curves(parent: Parent) -> Iterator[Refit]:
 
 def _fitted(parent: Parent, row: Row) -> list[Refit]:
     """The better of two fits: from its linear step, and from no curve at all where that step is too large."""
-    found = []
-    for share in (1.0, 0.0):
-        try:
-            found.append(refit(parent, replace(row, amount=share * row.amount)))
-        except FAULTS:
-            continue
+    found = [refit(parent, replace(row, amount=share * row.amount)) for share in (1.0, 0.0)]
     return sorted((one for one in found if one is not None), key=lambda one: -one.nats)[:1]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.judge.linear import Linearised
-from unmodelled.diagnosis.judge.refit import FAULTS, Parent, Refit, refit
+from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.scan import Row, removed
 from unmodelled.effects.discovered_law import DiscoveredLaw, formula_of, formula_terms
 from unmodelled.effects.formula_candidates import Term
@@ -26,7 +26,7 @@ def formulas(parent: Parent) -> Iterator[Refit]:
 
     Terms are added as long as they pay, each chosen around the fit with those before it: far from the truth,
     the columns of a speed and of its square are hard to tell apart. A formula pays for the number of formulas
-    of its length.
+    of its length. A sum of laws of the library is none: these are compared one after the other.
     """
     study = parent.around.columns.path.hypothesis.study
     ports = [(port, formula_terms(study.system, port, study.scales)) for port in study.system.ports]
@@ -44,7 +44,7 @@ def formulas(parent: Parent) -> Iterator[Refit]:
         )
         if one is None or one.nats < nats:
             return
-        if isinstance(formula_of([terms[k] for k in chosen], study.system, port), DiscoveredLaw):
+        if any(isinstance(formula_of([terms[k]], study.system, port), DiscoveredLaw) for k in chosen):
             yield one
         amounts[chosen] = [one.numbers[name][0] for name in one.added.amplitudes] / one.row.atom.scale
         around, nats = parent.beside(one).around, one.nats
@@ -65,7 +65,4 @@ def _fitted(parent: Parent, port: Port, terms: Sequence[Term], amounts: Array, f
     amplitudes = law.law(parent.around.columns.sites[place]).amplitudes.values()
     scale, any_sign = np.array([a.scale for a in amplitudes]), np.zeros(len(terms), np.bool_)
     row = Row(Atom(law, place, {}, scale, any_sign, len(terms)), formulas, np.nan, amounts)
-    try:
-        return refit(parent, row)
-    except FAULTS:
-        return None
+    return refit(parent, row)

@@ -14,7 +14,7 @@ from unmodelled.diagnosis.judge.base import bases
 from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
-from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refits
+from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
 from unmodelled.diagnosis.judge.scan import scan
 from unmodelled.effects.effect import USUAL_PERIODS
 
@@ -113,10 +113,12 @@ def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass |
     """Further laws beside a fit with laws, and the class that is named, or None.
 
     The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
-    stand in for each other, never beside each other.
+    stand in for each other, never beside each other, but for a law about another one, such as its drift.
     """
     named = [law.speaker.row.about for law in laws]
-    rows = [row for row in scan(parent.around) if row.nats >= BAR and row.about not in named]
+    families = {law.speaker.row.atom.effect.family for law in laws}
+    rows = [row for row in scan(parent.around) if row.nats >= BAR]
+    rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
     found = refits(parent, rows)
     look = Look(parent, tuple(found))
     if best_class(found) is None:
@@ -126,12 +128,23 @@ def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass |
 
 
 def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
-    """The shortest formula that leaves nothing, over the longest windows at which there is one."""
-    for look in reversed(looks):
-        for law in formulas(look.parent):
-            if stands(law) and _verdict(look.parent.beside(law), True, True) == "effect":
-                return Look(look.parent, (*look.refits, law)), LawClass((law,), np.ones(1))
+    """The shortest formula that leaves nothing over windows of any length, over the longest."""
+    for law in formulas(looks[0].parent):
+        fits: list[Refit | None] = [law]
+        for look in looks[1:]:
+            last = fits[-1]
+            fits.append(None if last is None else refit(look.parent, law.row, last.fitted.fit.every))
+        whole = [
+            one for look, one in zip(looks, fits, strict=True) if one is not None and _is_whole(look, one)
+        ]
+        if len(whole) == len(looks):
+            return Look(looks[-1].parent, (*looks[-1].refits, whole[-1])), LawClass((whole[-1],), np.ones(1))
     return None
+
+
+def _is_whole(look: Look, law: Refit) -> bool:
+    """Whether a law stands and leaves nothing."""
+    return stands(law) and _verdict(look.parent.beside(law), True, True) == "effect"
 
 
 def _verdict(final: Parent, matters: bool, named: bool) -> Verdict:

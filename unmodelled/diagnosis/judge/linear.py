@@ -210,10 +210,23 @@ class Linearised:
         """Return squares (experiments, outputs) and penalties after a step of the open numbers: `after`."""
         return self.after(np.tile(newton_step(self.normal), (len(self.runs), 1)))
 
-    @property
+    @cached_property
     def squares(self) -> Array:
-        """Return weighted mean squares (outputs,) after a step of the open numbers."""
-        return self._mean(self.settled[0])
+        """Return weighted mean squares (outputs,) where deviations of experiments have no mean.
+
+        What all experiments share is no deviation: a gain that is wrong in all of them is not explained by
+        each having its own. The open numbers follow.
+        """
+        shared = np.tile(np.append(-newton_step(self.normal), 1.0), (len(self.runs), 1))
+        own, (_, at, scaled) = self._moved(shared, self.sigma), self._own
+        own = own - np.where(scaled, (at + own).mean(axis=0), 0.0)
+        many = self.opened + 1
+        chosen = np.zeros((len(own), self._by_run.shape[1], many))
+        chosen[:, :many] = np.eye(many)
+        chosen[:, many:, -1] = -own
+        normal = np.einsum("rni,rnm,rmj->ij", chosen, self._by_run, chosen) + self.prior
+        shared = np.tile(np.append(-newton_step(normal), 1.0), (len(self.runs), 1))
+        return self._mean(self._left(shared, own)[0])
 
     def pooled(self, reduced: Reduced, square: float) -> float:
         """Return the evidence, nats, if all outputs are explained alike: it chooses shapes and sizes."""
@@ -269,21 +282,39 @@ class Linearised:
         """
         sigma = self.sigma if sigma is None else sigma
         unit, at, scaled = self._own
-        size, (own_inverse, moved, _) = unit * np.where(scaled, sigma, 1.0), self._eliminated[sigma]
-        (S, inverse, started), base, many = self._starts, self._base, self.opened + 1
         shared = np.concatenate([-steps, np.ones((len(steps), 1))], axis=1)
-        own, start, more = np.einsum("rij,rj->ri", moved, shared), np.zeros(S.shape[::2]), np.zeros(1)
-        if change is not None:
-            start = np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, change))
-            beyond = change - np.einsum("wks,ws->wk", S, start)
-            deviations = self._sums(np.einsum("wkn,wk->wn", base[..., many:], beyond))
-            own, more = own + np.einsum("rij,rj->ri", own_inverse, deviations), change
+        own = self._moved(shared, sigma, change)
+        squares, start = self._left(shared, own, change)
+        off = (at + own) / (unit * np.where(scaled, sigma, 1.0))
+        return squares, self._sums(((start / START) ** 2).sum(axis=1)) + (off**2).sum(axis=1)
+
+    def _moved(self, shared: Array, sigma: float, change: Array | None = None) -> Array:
+        """Steps of the deviations, (experiments, N), beside [-step of open numbers | 1] `shared`."""
+        inverse, moved, _ = self._eliminated[sigma]
+        own = np.einsum("rij,rj->ri", moved, shared)
+        if change is None:
+            return np.asarray(own)
+        S, _, _ = self._starts
+        beyond = change - np.einsum("wks,ws->wk", S, self._started(change))
+        deviations = self._sums(np.einsum("wkn,wk->wn", self._base[..., self.opened + 1 :], beyond))
+        return np.asarray(own + np.einsum("rij,rj->ri", inverse, deviations))
+
+    def _started(self, change: Array) -> Array:
+        """Steps of the starts of windows, (windows, starts), after a weighted change (windows, samples)."""
+        S, inverse, _ = self._starts
+        return np.asarray(np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, change)))
+
+    def _left(self, shared: Array, own: Array, change: Array | None = None) -> tuple[Array, Array]:
+        """Weighted squares (experiments, outputs) with steps and a change, and steps of the starts."""
+        S, _, started = self._starts
         every = np.concatenate([shared, -own], axis=1)[self._of_windows]
-        start = start + np.einsum("wsn,wn->ws", started, every)
-        left = more + np.einsum("wkn,wn->wk", base, every) - np.einsum("wks,ws->wk", S, start)
+        start = np.einsum("wsn,wn->ws", started, every)
+        left = np.einsum("wkn,wn->wk", self._base, every)
+        if change is not None:
+            start, left = start + self._started(change), left + change
+        left = left - np.einsum("wks,ws->wk", S, start)
         squares = (left.reshape(len(left), -1, self.weights.root.shape[2]) ** 2).sum(axis=1)
-        penalty = self._sums(((start / START) ** 2).sum(axis=1)) + (((at + own) / size) ** 2).sum(axis=1)
-        return self._sums(squares), penalty
+        return self._sums(squares), np.asarray(start)
 
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""

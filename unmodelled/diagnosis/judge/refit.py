@@ -68,7 +68,7 @@ class Refit:
     fitted: FittedHypothesis
     residual: Residual
     score: LeftOutRuns
-    nats: float  # evidence over its parent; -inf if it leaves more than its parent
+    nats: float  # evidence over its parent; -inf if the fit is worse than that of its parent
     price: float  # of its numbers and shapes, nats
     square: Array  # mean squared residual, weighted, (outputs,)
     removed: float  # share of the squared residual of the base, of the output where it is largest
@@ -76,7 +76,7 @@ class Refit:
     @property
     def added(self) -> Added:
         """Return the law in the system."""
-        return self.fitted.hypothesis.effects[-1]
+        return next(e for e in self.fitted.hypothesis.effects if e.key == self.row.atom.key)
 
     @property
     def log_scores(self) -> Array:
@@ -135,18 +135,20 @@ def refits(parent: Parent, rows: Sequence[Row], carried: Carried | None = None) 
 
 def _fitted(parent: Parent, rows: Sequence[Row], carried: Carried | None) -> list[Refit]:
     """Refit laws, without those that cannot be."""
-    found = []
-    for row in rows:
-        try:
-            one = refit(parent, row, carried.starts.get(row.key) if carried else None)
-        except FAULTS:
-            continue
-        found += [] if one is None else [one]
-    return found
+    starts = carried.starts if carried else {}
+    every = (refit(parent, row, starts.get(row.key)) for row in rows)
+    return [one for one in every if one is not None]
 
 
 def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | None:
-    """Fit a law from its fit to shorter windows or its linear step; None where it cannot be added."""
+    """Fit a law from its fit to shorter windows or its linear step; None where it cannot be fitted."""
+    try:
+        return _refit(parent, row, carried)
+    except FAULTS:
+        return None
+
+
+def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
     base, proposal = parent.base, Proposal(parent.fitted, (row.atom,), (row.amount,))
     if not proposal.is_possible:
         return None
@@ -156,7 +158,9 @@ def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | Non
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))
     nats = around.evidence - parent.around.evidence - price
-    failed = not np.isfinite(nats) or float(np.mean(residual.square / parent.residual.square)) > 1.0
+    # of size zero it leaves what its parent leaves: a fit that leaves more at a larger loss went astray
+    more = float(np.mean(residual.square / parent.residual.square)) > 1.0
+    failed = not np.isfinite(nats) or (more and fitted.fit.loss > parent.fitted.fit.loss)
     removed: Array = (parent.around.squares - around.squares) / parent.square
     own = -np.inf if failed else nats
     scores, share = LeftOutRuns.of(around), float(removed.max())

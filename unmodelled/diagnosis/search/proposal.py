@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -56,7 +56,7 @@ class Proposal:
         """Return whether the place of every law is still there when those before it are added."""
         found = self.base.hypothesis
         for atom in self.atoms:
-            if replace(atom.place, factor=None, level=None) not in atom.effect.places(found.system):
+            if not found.takes(atom.effect, atom.place):
                 return False
             found = found.plus(atom.effect, atom.place)
         return True
@@ -77,7 +77,8 @@ class Proposal:
     @property
     def starts(self) -> tuple[Start, ...]:
         """Return values to start a fit from: the linear amounts, and plausible sizes of laws with memory."""
-        added = self.hypothesis.effects[-len(self.atoms) :]
+        every = {added.key: added for added in self.hypothesis.effects}
+        added = [every[atom.key] for atom in self.atoms]
         linear: dict[str, float | Mapping[str, float]] = dict(self.base.fit.every)
         full = dict(linear)
         for one, atom, amounts in zip(added, self.atoms, self.amounts, strict=True):
