@@ -145,7 +145,8 @@ def test_no_change_of_the_outputs_changes_no_evidence(rubbing: Base) -> None:
     assert around.evidence_with(nothing, step, around.sigma) == pytest.approx(around.evidence)
     # the residual itself as a change leaves nothing
     left = around.columns.path.error
-    assert around.evidence_with(left, 0.0 * step, around.sigma) > around.evidence + around.weights.samples
+    whole = around.evidence_with(left, 0.0 * step, around.sigma)
+    assert whole > around.evidence + 0.5 * around.weights.samples
 
 
 @pytest.fixture(scope="module")

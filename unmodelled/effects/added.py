@@ -44,6 +44,7 @@ class Added:
     per_experiment: tuple[str, ...] = ()  # amplitudes that differ between experiments
     #: Plausible deviations from zero of amplitudes, in SI units.
     priors: Mapping[str, float] = field(default_factory=dict)
+    usual: bool = False  # whether it is a part of the measurement chain, which every log has
     linear: bool = True  # else regressors times amplitudes are only the tangent of the contribution at zero
     #: Of the law beyond the data, used where positive.
     slopes: Mapping[str, sp.Expr] = field(default_factory=dict)

@@ -87,7 +87,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     chance = chance_of_nothing(found.look)
     sure = min((_probability(found, k) for k in range(len(found.laws))), default=left_by_best(found.look))
     level, system = study.thresholds.level, study.system
-    reported = [n for law in answered.laws for n in law.reported]
+    reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
         confidence=min(sure, HIGHEST_CONFIDENCE),
@@ -127,14 +127,15 @@ def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
     """Effects with their shares of the gap, the largest first."""
     found, steps, limits = answered.found, answered.models.steps, answered.study.thresholds
     squares, floor = np.array([step.gap.value**2 for step in steps]), steps[-1].gap.floor
-    effects = []
+    effects, logs = [], answered.models.augmented.model.logs
     for k, (one, law) in enumerate(zip(found.laws, answered.laws, strict=True)):
-        many = 1 + limits.most_equal
+        many, own = 1 + limits.most_equal, law.per_experiment
+        shared = [n for n in law.reported if n not in own]
         effects.append(
             DiagnosedEffect(
                 law,
-                {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in law.reported},
-                own={},
+                {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in shared},
+                own={n: dict(zip(logs.ids, logs.experiments[n].tolist(), strict=True)) for n in own},
                 confidence=min(_probability(found, k), HIGHEST_CONFIDENCE),
                 shrink=float(shares(squares, floor, k, k + 1)),
                 interval=share_interval(steps, k, k + 1, answered.study.seed),

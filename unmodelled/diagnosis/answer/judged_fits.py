@@ -13,7 +13,7 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.judge.chain import Key, chain_of, with_priors
+from unmodelled.diagnosis.judge.chain import Key, as_chain, chain_of, with_priors
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
@@ -43,11 +43,12 @@ class LastFit:
     def _leaving(self) -> tuple[Hypothesis, Mapping[str, str]]:
         """The hypothesis without deviations of experiments, and names of its numbers in the fit."""
         whole = self.fitted.hypothesis
-        return among(whole, [e.key for e in whole.effects if not e.per_experiment], whole.study.system)
+        kept = [e.key for e in whole.effects if not (e.usual and e.per_experiment)]
+        return among(whole, kept, whole.study.system)
 
     @property
     def leaving(self) -> Hypothesis:
-        """Return the hypothesis without deviations of experiments: a new one has deviations of its own."""
+        """Return the hypothesis without usual deviations: a new experiment has deviations of its own."""
         return self._leaving[0]
 
     @property
@@ -58,7 +59,7 @@ class LastFit:
     @property
     def laws(self) -> list[Added]:
         """Return the laws, without the chain."""
-        return [added for added in self.leaving.effects if not added.priors]
+        return [added for added in self.leaving.effects if not added.usual]
 
     @property
     def values(self) -> dict[str, float]:
@@ -139,7 +140,7 @@ def _evidence(last: Parent, chain: Collection[Key]) -> float:
 def _with_chain(last: Parent, chain: Collection[Key]) -> LastFit:
     """The fit with all laws, some parts of the chain, and deviations of experiments."""
     whole = last.fitted.hypothesis
-    own = [e.key for e in whole.effects if not e.priors or e.per_experiment]
+    own = [e.key for e in whole.effects if not e.usual or e.per_experiment]
     return _fit(last, whole.study.system, {*own, *chain})
 
 
@@ -175,5 +176,6 @@ def among(
             found = found.plus(law, added.place)
             new = dict(zip(added.units, found.effects[-1].units, strict=True))
             names |= {own: before for before, own in new.items()}
-            found = with_priors(found, {new[name]: wider * prior for name, prior in added.priors.items()})
+            priors = {new[name]: wider * prior for name, prior in added.priors.items()}
+            found = as_chain(found, priors) if added.usual else with_priors(found, priors)
     return found, names

@@ -11,6 +11,7 @@ from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import LawClass, stands
 from unmodelled.diagnosis.judge.judgement import Judgement, Look
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
+from unmodelled.diagnosis.judge.linear import SIGMAS
 from unmodelled.diagnosis.judge.refit import Refit
 from unmodelled.effects.added import Added
 
@@ -91,7 +92,7 @@ def strangers(found: Judgement) -> tuple[str, ...]:
 
 
 def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
-    """Return the parts of the chain that a last fit keeps, and the likeliest sizes of deviations."""
+    """Return the parts of the chain that a last fit keeps, and how much experiments deviate where that pays."""
     numbers = Numbers(last)
     shared = [
         ChainPart(added, last.values[name], numbers.error(name), added.units[name], False)
@@ -101,11 +102,13 @@ def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
     around = found.final.around
     if not around.varies:
         return tuple(shared)
-    size = around.sigma * np.sqrt(around.tau)
-    own = [
-        ChainPart(added, float(size * prior), float("nan"), added.units[name], True)
+    own, least = around.fitted.fit.own, SIGMAS[0] * np.sqrt(around.tau)
+    deviations = [
+        (added, name, float(np.std(list(own[name].values()))), least * prior)
         for added in chain_of(around.fitted.hypothesis)
         for name, prior in added.priors.items()
         if name in added.per_experiment
     ]
-    return (*shared, *own)
+    vary = [(added, name, size) for added, name, size, smallest in deviations if size > smallest]
+    parts = [ChainPart(added, size, float("nan"), added.units[name], True) for added, name, size in vary]
+    return (*shared, *parts)

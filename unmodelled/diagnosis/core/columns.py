@@ -154,7 +154,7 @@ class Columns:
         known, many = self.own, len(self.own.prior)
         columns = (known.columns[..., k : k + 1] for k in range(many))
         own = zip(columns, known.prior.tolist(), known.atoms, strict=True)
-        return self._group([*self._scatter(), *own])
+        return self._group([*self.scatter(), *own])
 
     @cached_property
     def own(self) -> Group:
@@ -162,8 +162,11 @@ class Columns:
         numbers = ((self._of(u), _prior(u), None) for u in self.unknowns(own=True))
         return self._group([*numbers, *self._hidden_starts()])
 
-    def _scatter(self) -> Iterator[tuple[Array, float, Atom | None]]:
-        """Gains of inputs, uncertain parameters and dry friction that differ between experiments."""
+    def scatter(self) -> Iterator[tuple[Array, float, Atom | None]]:
+        """Yield gains of inputs, uncertain parameters and dry friction that differ between experiments.
+
+        Columns (judged windows, K, outputs, 1) with their plausible deviation, and laws that may be named.
+        """
         for effect, place in self._every:
             law = effect.law(self.sites[place]) if isinstance(effect, LawEffect) else None
             known = place.kind == "parameter" and place.name not in self._uncertain
@@ -214,7 +217,7 @@ class Columns:
 
     def _system(self, place: Place) -> System:
         """The system that a law at a place sees: at inputs and outputs, the one beneath a chain."""
-        chained = any(added.priors for added in self.path.hypothesis.effects)
+        chained = any(added.usual for added in self.path.hypothesis.effects)
         beneath = chained and place.kind in ("actuator", "sensor")
         return self.path.hypothesis.study.system if beneath else self.path.system
 

@@ -57,7 +57,7 @@ class Hypothesis:
         """Return whether an effect can be added at a place; the measurement chain hides none."""
         if _plain(place) in effect.places(self.system):
             return True
-        chain = any(added.priors for added in self.effects)
+        chain = any(added.usual for added in self.effects)
         return chain and _plain(place) in effect.places(self.study.system)
 
     def _above(self, effect: Effect, place: Place) -> Hypothesis:
@@ -77,7 +77,7 @@ class Hypothesis:
             now = dict(zip(added.units, last.units, strict=True))  # a name may be that of the effect
             priors = {now[name]: size for name, size in added.priors.items()}
             bounds = {now[name]: ends for name, ends in added.bounds.items()}
-            last = replace(last, priors=priors, bounds=bounds)
+            last = replace(last, priors=priors, bounds=bounds, usual=added.usual)
             found = replace(found, effects=(*others, last))
         return found
 

@@ -37,12 +37,18 @@ def with_chain(physics: Hypothesis, tau: float = 1.0, without: Collection[Key] =
         larger = found.plus(effect, place)
         usual = effect.usual(larger.effects[-1], period)
         if usual:
-            found = with_priors(larger, {name: size / np.sqrt(tau) for name, size in usual.items()})
+            found = as_chain(larger, {name: size / np.sqrt(tau) for name, size in usual.items()})
     return found
 
 
 def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
-    """Return a hypothesis whose last effect has further priors, SI, by number.
+    """Return a hypothesis whose last effect has further priors, SI, by number."""
+    *others, last = hypothesis.effects
+    return replace(hypothesis, effects=(*others, replace(last, priors={**last.priors, **priors})))
+
+
+def as_chain(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
+    """Return a hypothesis whose last effect is a part of the chain, with priors, SI, by number.
 
     A part of the chain must be able to be nothing. A lag cannot be shorter than half a sample, so an input
     may act as much earlier: a lag of 1 ms alone hid a dry friction behind seven times the sensor noise.
@@ -53,8 +59,8 @@ def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothes
         if place.kind == "actuator":
             early = study.thresholds.input_timing * study.input_periods[place.name]
             bounds[name] = -early, bounds[name][1]
-    last = replace(last, priors={**last.priors, **priors}, bounds=bounds)
-    return replace(hypothesis, effects=(*others, last))
+    last = replace(last, usual=True, bounds=bounds)
+    return with_priors(replace(hypothesis, effects=(*others, last)), priors)
 
 
 def _every(physics: Hypothesis) -> list[tuple[Effect, Place]]:
@@ -93,7 +99,7 @@ def start_of_chain(hypothesis: Hypothesis) -> Start:
 
 def chain_of(hypothesis: Hypothesis) -> list[Added]:
     """Return the parts of the chain in a hypothesis."""
-    return [added for added in hypothesis.effects if added.priors]
+    return [added for added in hypothesis.effects if added.usual]
 
 
 def unusual_parts(fitted: FittedHypothesis, tau: float) -> list[Key]:

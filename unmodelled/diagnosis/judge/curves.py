@@ -49,7 +49,7 @@ def free_curves(parent: Parent) -> Iterator[Refit]:
     """Yield a fit with a free curve more in each argument of each of its laws, where the law acts."""
     hypothesis = parent.fitted.hypothesis
     for added, effect in zip(hypothesis.effects, hypothesis.laws, strict=True):
-        if not isinstance(effect, LawEffect) or added.priors or added.place.kind not in ("port", "actuator"):
+        if not isinstance(effect, LawEffect) or added.usual or added.place.kind not in ("port", "actuator"):
             continue
         at = site(hypothesis.study.system, added.place, hypothesis.study.scales)
         for local in _arguments(effect.law(at), at):

@@ -25,6 +25,8 @@ from unmodelled.diagnosis.judge.weights import Weights
 SIGMAS = 0.03, 0.1, 0.3, 1.0
 #: Standard deviation of open numbers and of starts of windows, in their plausible sizes.
 OPEN, START = 3.0, 3.0
+#: The same of a number at an end of its bounds.
+NOWHERE = 1e-6
 #: The same of a number of an experiment that has no prior.
 FREE = 10.0
 
@@ -141,7 +143,10 @@ class Linearised:
 
     @cached_property
     def prior(self) -> Array:
-        """Return products (open + 1, open + 1) of the priors of open numbers, about zero for the chain."""
+        """Return products (open + 1, open + 1) of the priors of open numbers, about zero for the chain.
+
+        A number at an end of its bounds stays there.
+        """
         numbers, values = self.columns.unknowns(own=False), self.fitted.fit.values
         chain = np.array([np.isfinite(u.prior) for u in numbers], np.bool_)
         own = np.array([u.prior * np.sqrt(self.tau) / u.scale for u in numbers])
@@ -149,6 +154,9 @@ class Linearised:
         at = np.array([values[u.name] / u.scale if c else 0.0 for u, c in zip(numbers, chain, strict=True)])
         found = np.diag(np.append(size**-2.0, np.sum((at / size) ** 2)))
         found[:-1, -1] = found[-1, :-1] = -at / size**2
+        for k, unknown in enumerate(numbers):
+            if self.fitted.at_bound(unknown.name):
+                found[k, k], found[k, -1], found[-1, k] = NOWHERE**-2.0, 0.0, 0.0
         return found
 
     def products(self, columns: Array) -> Mapping[float, Products]:
@@ -190,6 +198,25 @@ class Linearised:
             found[sigma] = Reduced(total, left, float(one.price.sum()))
         return found
 
+    def differing(self, column: Array, size: float) -> float:
+        """Return the pooled evidence, nats, with a number that differs between experiments.
+
+        Its column is (windows, K, outputs, 1), and `size` its plausible deviation in units of the column; the
+        likeliest of some sizes counts.
+        """
+        return max(
+            self.pooled(one, float(one.products[-1, -1]))
+            for sigma, products in self.products(column).items()
+            for one in (self._apart(sigma, products, size * share) for share in SIGMAS)
+        )
+
+    def _apart(self, sigma: float, products: Products, size: float) -> Reduced:
+        """Products without their first column, which every experiment has for itself, and open numbers."""
+        own, rest = products.each[:, 0], products.each[:, 1:, 1:]
+        without = rest - own[:, 1:, None] * own[:, None, 1:] / (own[:, :1, None] + size**-2.0)
+        price = products.price + 0.5 * np.log1p(size**2 * own[:, 0])
+        return self.reduced({sigma: Products(without, price)})[sigma]
+
     @cached_property
     def _pooled(self) -> Mapping[float, float]:
         """Evidence of the fit by sigma, nats, all outputs alike."""
@@ -227,6 +254,11 @@ class Linearised:
         normal = np.einsum("rni,rnm,rmj->ij", chosen, self._by_run, chosen) + self.prior
         shared = np.tile(np.append(-newton_step(normal), 1.0), (len(self.runs), 1))
         return self._mean(self._left(shared, own)[0])
+
+    @property
+    def pooled_of_fit(self) -> float:
+        """Return the evidence of the fit, nats, if all outputs are explained alike."""
+        return self._pooled[self.sigma]
 
     def pooled(self, reduced: Reduced, square: float) -> float:
         """Return the evidence, nats, if all outputs are explained alike: it chooses shapes and sizes."""

@@ -9,11 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base
+from unmodelled.diagnosis.judge.chain import with_priors
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
-from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.linear import OPEN, Linearised
 from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.diagnosis.judge.scan import Row
 from unmodelled.diagnosis.judge.weights import Weights
@@ -153,7 +154,7 @@ def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
     if not proposal.is_possible:
         return None
     linear: Start = dict(proposal.starts[0])
-    fitted = base.fit(proposal.hypothesis, {**linear, **(carried or {})})
+    fitted = base.fit(_with_priors(proposal.hypothesis, base.tau), {**linear, **(carried or {})})
     residual = Residual.of(fitted)
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))
@@ -165,3 +166,11 @@ def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
     own = -np.inf if failed else nats
     scores, share = LeftOutRuns.of(around), float(removed.max())
     return Refit(row, fitted, residual, scores, own, price, around.squares, share)
+
+
+def _with_priors(hypothesis: Hypothesis, tau: float) -> Hypothesis:
+    """A law by which experiments differ, with priors of a fit whose errors are correlated."""
+    last = hypothesis.effects[-1]
+    if last.usual or not last.per_experiment:
+        return hypothesis
+    return with_priors(hypothesis, {n: OPEN * size / np.sqrt(tau) for n, size in last.priors.items()})

@@ -10,7 +10,7 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Atom, at_level
 from unmodelled.diagnosis.data.levels import levels
-from unmodelled.diagnosis.judge.linear import SIGMAS, Linearised, Reduced
+from unmodelled.diagnosis.judge.linear import OPEN, SIGMAS, Linearised, Reduced
 
 #: Size of a column, in weighted residuals, below which it changes nothing.
 NOTHING = 1e-6
@@ -61,6 +61,11 @@ def scan(around: Linearised) -> list[Row]:
                 own = [at_level(atom, factor, level) for atom in atoms]
                 reduced = around.reduced(products, here)
                 found.append(_best(around, own, columns, len(atoms) * len(local), reduced, here))
+    pooled = around.pooled_of_fit
+    for column, size, atom in around.columns.scatter():
+        if atom is not None:
+            nats = around.differing(column, OPEN * size) - pooled - around.weights.price(atom.numbers)
+            found.append(Row(atom, 1, nats, np.zeros(1)))
     return found
 
 
