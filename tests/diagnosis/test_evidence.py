@@ -16,7 +16,7 @@ from tests.diagnosis.test_opposite import damping_between, friction_of_the_load,
 from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.simulation import simulate
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.judge.base import bases
@@ -39,7 +39,7 @@ laws:
 
 @cache
 def by_evidence(folder: Path, bench: Bench) -> Diagnosis:
-    return diagnose_by_evidence(*bench.recorded(folder), HORIZON, 0, 1, lambda _: None)
+    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, 1)
 
 
 @pytest.fixture(scope="module")

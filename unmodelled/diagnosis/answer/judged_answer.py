@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,10 +22,21 @@ from unmodelled.diagnosis.answer.judged_tables import (
 )
 from unmodelled.diagnosis.answer.shares import share_interval, shares
 from unmodelled.diagnosis.data.gap import shrink
-from unmodelled.diagnosis.data.remark import listed
-from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel, LogFault, Remainder
+from unmodelled.diagnosis.data.remark import Remark, listed
+from unmodelled.diagnosis.data.result import (
+    DiagnosedEffect,
+    Diagnosis,
+    Estimate,
+    JudgedModel,
+    LogFault,
+    Remainder,
+)
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE
+from unmodelled.diagnosis.decide.undetermined import remarks
+from unmodelled.diagnosis.decide.usual_mistakes import usual_mistake
+from unmodelled.diagnosis.fitting.left_out import LeftOut
+from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import best_class
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.effects.added import Added
@@ -71,6 +82,19 @@ class Answered:
         return Numbers(self.models.augmented.last)
 
     @cached_property
+    def doubts(self) -> tuple[Remark, ...]:
+        """Return remarks on numbers that leave, but for those of the measurement chain."""
+        fitted = self.models.augmented.last.fitted
+        chain = {name for part in chain_of(fitted.hypothesis) for name in part.units}
+        return tuple(r for r in remarks(LeftOut.of(fitted)) if not chain.intersection(r.numbers))
+
+    def estimate(self, name: str, unit: str, known: float) -> Estimate:
+        """Return a number with its interval and the kinds of the remarks on it."""
+        found = self.numbers.estimate(name, unit, known, self.study.thresholds.level)
+        kinds = dict.fromkeys(doubt.kind for doubt in self.doubts if name in doubt.numbers)
+        return replace(found, remarks=tuple(kinds))
+
+    @cached_property
     def laws(self) -> list[Added]:
         """Return the named laws in the order in which they were found."""
         return self.models.augmented.last.laws
@@ -86,7 +110,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
     sure = min((_probability(found, k) for k in range(len(found.laws))), default=left_by_best(found.look))
-    level, system = study.thresholds.level, study.system
+    system = study.system
     reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
@@ -104,7 +128,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         interval=share_interval([before, after], 0, 1, study.seed),
         held_out=tuple(range(len(study.logs))),
         parameters={
-            p.name: answered.numbers.estimate(p.name, p.unit, p.value, level)
+            p.name: answered.estimate(p.name, p.unit, p.value)
             for p in system.parameters
             if p.name in system.uncertain
         },
@@ -134,7 +158,7 @@ def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
         effects.append(
             DiagnosedEffect(
                 law,
-                {n: answered.numbers.estimate(n, law.units[n], np.nan, limits.level) for n in shared},
+                {n: answered.estimate(n, law.units[n], np.nan) for n in shared},
                 own={n: dict(zip(logs.ids, logs.experiments[n].tolist(), strict=True)) for n in own},
                 confidence=min(_probability(found, k), HIGHEST_CONFIDENCE),
                 shrink=float(shares(squares, floor, k, k + 1)),
@@ -177,6 +201,11 @@ def _notes(answered: Answered) -> Iterator[str]:
     if answered.found.alike is not None:
         alike = answered.found.alike
         yield most_alike(alike.speaker.added, alike.kind, alike.speaker.removed)
+    yield from (doubt.sentence for doubt in answered.doubts)
+    known = {p.name: p for p in answered.study.system.parameters}
+    for law in (law for law in answered.laws if law.is_other_value):
+        given, (error,) = known[law.place.name], law.amplitudes
+        yield from filter(None, [usual_mistake(given, given.value + answered.numbers.last.values[error])])
     models = answered.models.known, answered.models.augmented.model
     for model in models:
         yield from (f"{model.label}: {note}" for note in model.gap.notes)

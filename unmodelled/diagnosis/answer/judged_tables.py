@@ -92,7 +92,7 @@ def strangers(found: Judgement) -> tuple[str, ...]:
 
 
 def chain_parts(found: Judgement, last: LastFit) -> tuple[ChainPart, ...]:
-    """Return the parts of the chain that a last fit keeps, and how much experiments deviate where that pays."""
+    """Return the parts of the chain that a last fit keeps, and how much experiments deviate if it pays."""
     numbers = Numbers(last)
     shared = [
         ChainPart(added, last.values[name], numbers.error(name), added.units[name], False)

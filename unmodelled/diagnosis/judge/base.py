@@ -23,6 +23,8 @@ LENGTHS = 1.0, 4.0
 SAMPLES = 8_000
 #: Share of the loss by which an iteration must lower it, and most iterations: hypotheses differ by more.
 NEAR, ITERATIONS = 1e-3, 15
+#: Share of the loss by which a base must be better to be judged again.
+BETTER = 0.01
 #: Sensor noises from which a gap matters, and share of the error of a prediction without a model.
 NOISES, MATTERS = 2.0, 0.02
 
@@ -49,6 +51,16 @@ class Base:
     def fit(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
         """Fit a hypothesis to the same windows."""
         return _fit(hypothesis, self.recording, start, self.fitted.fit.substeps)
+
+    def restarted(self, start: Start) -> Base | None:
+        """Return the base fitted from the numbers of a larger hypothesis, None where that is no better.
+
+        What a law makes up for by leading a fit out of a poor optimum is no evidence for the law.
+        """
+        fitted = self.fit(self.fitted.hypothesis, start)
+        if fitted.fit.loss > (1.0 - BETTER) * self.fitted.fit.loss:
+            return None
+        return replace(self, fitted=fitted, residual=Residual.of(fitted))
 
     def matters(self, residual: Residual) -> bool:
         """Return whether a residual is above the noise of the sensors and a share of the motion."""

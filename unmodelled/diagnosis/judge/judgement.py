@@ -10,7 +10,7 @@ import numpy as np
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.judge.base import bases
+from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
@@ -74,8 +74,7 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     looks, carried = list[Look](), Carried()
     for base in bases(study, begun):
         say(f"compare laws over windows of {base.horizon:.3g} s")
-        parent = Parent.of(base)
-        looks.append(Look(parent, tuple(refits(parent, scan(parent.around), carried))))
+        looks.append(_look(base, carried))
 
     # 2. The longest windows decide; where no law stands over them, shorter ones. A gap that matters over
     #    windows of one length is one.
@@ -107,6 +106,18 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     if verdict == "main_effect" and parent.explained < MAIN:
         return Judgement("unknown", (), tuple(looks), (rounds[0],), rounds[0].parent, first)
     return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
+
+
+def _look(base: Base, carried: Carried) -> Look:
+    """Evidence of laws around a base, and around the better one that a law leads to, if there is one."""
+    while True:
+        parent = Parent.of(base)
+        found = refits(parent, scan(parent.around), carried)
+        best = max(found, key=lambda one: one.nats, default=None)
+        better = base.restarted(best.fitted.fit.every) if best is not None and stands(best) else None
+        if better is None:
+            return Look(parent, tuple(found))
+        base = better
 
 
 def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass | None]:

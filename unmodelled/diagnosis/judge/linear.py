@@ -25,10 +25,10 @@ from unmodelled.diagnosis.judge.weights import Weights
 SIGMAS = 0.03, 0.1, 0.3, 1.0
 #: Standard deviation of open numbers and of starts of windows, in their plausible sizes.
 OPEN, START = 3.0, 3.0
-#: The same of a number at an end of its bounds.
-NOWHERE = 1e-6
-#: The same of a number of an experiment that has no prior.
-FREE = 10.0
+#: The same of a number of an experiment that has no prior, and of a number at an end of its bounds.
+FREE, NOWHERE = 10.0, 1e-6
+#: Standard errors up to which the mean of deviations is chance.
+CHANCE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,14 +239,14 @@ class Linearised:
 
     @cached_property
     def squares(self) -> Array:
-        """Return weighted mean squares (outputs,) where deviations of experiments have no mean.
+        """Return weighted mean squares (outputs,) where deviations of experiments have no mean beyond chance.
 
         What all experiments share is no deviation: a gain that is wrong in all of them is not explained by
         each having its own. The open numbers follow.
         """
         shared = np.tile(np.append(-newton_step(self.normal), 1.0), (len(self.runs), 1))
         own, (_, at, scaled) = self._moved(shared, self.sigma), self._own
-        own = own - np.where(scaled, (at + own).mean(axis=0), 0.0)
+        own = own - np.where(scaled, _beyond_chance(at + own), 0.0)
         many = self.opened + 1
         chosen = np.zeros((len(own), self._by_run.shape[1], many))
         chosen[:, :many] = np.eye(many)
@@ -356,3 +356,10 @@ class Linearised:
 def newton_step(products: Array) -> Array:
     """Return the step (open,) of the open numbers by products [open | residual]."""
     return np.asarray(np.linalg.solve(products[:-1, :-1], products[:-1, -1]))
+
+
+def _beyond_chance(deviations: Array) -> Array:
+    """What of the means of deviations (experiments, N) is beyond `CHANCE` standard errors, (N,)."""
+    mean, count = deviations.mean(axis=0), len(deviations)
+    error = deviations.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros_like(mean)
+    return np.asarray(np.sign(mean) * np.maximum(np.abs(mean) - CHANCE * error, 0.0))
