@@ -105,7 +105,7 @@ def test_candidates_are_compared_with_the_named_one(friction: Diagnosis) -> None
     scores = [c.score for c in friction.comparison]
     assert scores == sorted(scores)
     (named,) = (c for c in friction.comparison if c.named)
-    assert named.effects == (friction.effects[0].added,)
+    assert [added.key for added in named.effects] == [friction.effects[0].added.key]
     assert (named.difference, named.standard_error) == (0.0, 0.0)
     for c in friction.comparison:
         assert c.difference == pytest.approx(c.score - named.score, abs=1e-9)

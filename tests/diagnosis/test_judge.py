@@ -17,7 +17,7 @@ from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_numbers, chain_of, u
 from unmodelled.diagnosis.judge.classes import BAR, best_class
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
-from unmodelled.diagnosis.judge.linear import Linearised, newton_step
+from unmodelled.diagnosis.judge.linear import Linearised, beyond_chance, newton_step
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import correlation_time
 from unmodelled.diagnosis.judge.scan import row_of, scan
@@ -117,6 +117,27 @@ def test_unusual_numbers_leave_the_chain(rubbing: Base) -> None:
     size = UNUSUAL * np.sqrt(tau) * gain.priors[name]
     far = replace(fitted, fit=replace(fitted.fit, values={**fitted.fit.values, name: 1.1 * size}))
     assert unusual_parts(far, tau) == [gain.key]
+
+
+@pytest.mark.parametrize(
+    ("deviations", "common"),
+    [
+        ([0.2, 0.2, 0.2, 0.2], 0.2),
+        ([0.1, -0.1, 0.08, -0.06], 0.0),
+        ([-0.3, -0.3, -0.28, -0.32], -0.283),
+        ([0.4], 0.4),
+    ],
+)
+def test_the_mean_of_deviations_counts_beyond_chance(deviations: list[float], common: float) -> None:
+    assert beyond_chance(np.array(deviations)[:, None]) == pytest.approx([common], abs=1e-3)
+
+
+def test_a_number_at_its_bound_stays_there(rubbing: Base) -> None:
+    around = Linearised.of(rubbing.fitted, rubbing.tau)
+    names = [u.name for u in around.columns.unknowns(own=False)]
+    ends = [rubbing.fitted.at_bound(name) for name in names]
+    assert any(ends) and not all(ends)
+    assert np.abs(newton_step(around.normal)[ends]).max() < 1e-6
 
 
 def test_a_useless_number_costs_half_the_logarithm_of_the_samples(rubbing: Base) -> None:

@@ -246,7 +246,7 @@ class Linearised:
         """
         shared = np.tile(np.append(-newton_step(self.normal), 1.0), (len(self.runs), 1))
         own, (_, at, scaled) = self._moved(shared, self.sigma), self._own
-        own = own - np.where(scaled, _beyond_chance(at + own), 0.0)
+        own = own - np.where(scaled, beyond_chance(at + own), 0.0)
         many = self.opened + 1
         chosen = np.zeros((len(own), self._by_run.shape[1], many))
         chosen[:, :many] = np.eye(many)
@@ -358,8 +358,8 @@ def newton_step(products: Array) -> Array:
     return np.asarray(np.linalg.solve(products[:-1, :-1], products[:-1, -1]))
 
 
-def _beyond_chance(deviations: Array) -> Array:
-    """What of the means of deviations (experiments, N) is beyond `CHANCE` standard errors, (N,)."""
+def beyond_chance(deviations: Array) -> Array:
+    """Return what of the means of deviations (experiments, N) is beyond `CHANCE` standard errors, (N,)."""
     mean, count = deviations.mean(axis=0), len(deviations)
     error = deviations.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else np.zeros_like(mean)
     return np.asarray(np.sign(mean) * np.maximum(np.abs(mean) - CHANCE * error, 0.0))

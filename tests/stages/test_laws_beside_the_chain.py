@@ -1,0 +1,14 @@
+"""Laws that a measurement chain could hide or stand in for, from logs to the page."""
+
+import pytest
+
+from tests.stages.planted_law import Diagnosed, check_law
+from tests.stages.planted_law import diagnosed as diagnosed
+
+#: Behind a lag an input drives no speed, and is used; deviations of experiments may have a mean.
+NAMES = ("actuator_saturation constant_power", "input_dependence load", "actuator_gain", "scatter")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_law_that_a_chain_could_hide_is_named(name: str, diagnosed: Diagnosed) -> None:
+    check_law(name, diagnosed)
