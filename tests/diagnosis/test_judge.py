@@ -15,9 +15,10 @@ from unmodelled.diagnosis.judge import judgement
 from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_numbers, chain_of, unusual_parts
 from unmodelled.diagnosis.judge.classes import BAR, best_class
+from unmodelled.diagnosis.judge.elimination import newton_step
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
-from unmodelled.diagnosis.judge.linear import Linearised, beyond_chance, newton_step
+from unmodelled.diagnosis.judge.linear import Linearised, beyond_chance
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import correlation_time
 from unmodelled.diagnosis.judge.scan import row_of, scan

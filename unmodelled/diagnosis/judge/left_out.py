@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.judge.linear import Linearised, newton_step
+from unmodelled.diagnosis.judge.elimination import newton_step
+from unmodelled.diagnosis.judge.linear import Linearised
 
 #: Draws of the weights of experiments for the probabilities of laws.
 DRAWS, SEED = 4000, 0
@@ -33,7 +34,7 @@ class LeftOutRuns:
         products = around.bare[around.sigma]
         several = len(products.each) > 1
         steps = np.array([newton_step(around.normal - several * own) for own in products.each])
-        square, penalty = around.after(steps)
+        square, penalty = around.after(steps, around.sigma)
         fitted, _ = around.settled
         root, owner = around.weights.root, around.columns.path.owner
         own = np.array([(root[owner == run] ** 2).sum(axis=(0, 1)) for run in around.runs])

@@ -13,8 +13,9 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.chain import with_priors
+from unmodelled.diagnosis.judge.elimination import OPEN
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
-from unmodelled.diagnosis.judge.linear import OPEN, Linearised
+from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.diagnosis.judge.scan import Row
 from unmodelled.diagnosis.judge.weights import Weights

@@ -10,7 +10,8 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.core.columns import Atom, at_level
 from unmodelled.diagnosis.data.levels import levels
-from unmodelled.diagnosis.judge.linear import OPEN, SIGMAS, Linearised, Reduced
+from unmodelled.diagnosis.judge.elimination import OPEN, SIGMAS, Reduced
+from unmodelled.diagnosis.judge.linear import Linearised
 
 #: Size of a column, in weighted residuals, below which it changes nothing.
 NOTHING = 1e-6
