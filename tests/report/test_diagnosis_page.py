@@ -76,9 +76,7 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     falls = r"the error after 0\.1\xa0s falls from [\d.]+\xa0mrad to [\d.]+\xa0mrad on experiments that"
     assert re.search(amount + falls, text)
     assert re.search(r"<title>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
-    assert re.search(
-        r">What remains is [\d.]+ times the error that sensor noise alone causes; a network", text
-    )
+    assert re.search(r">What remains is [\d.]+ times the error that sensor noise alone causes\.<", text)
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
     models = (tmp_path / "out" / "tables" / "models.csv").read_text().splitlines()
     assert models[0] == "Model,Score (nats),Difference,Standard error"

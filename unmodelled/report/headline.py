@@ -80,7 +80,7 @@ def remains(content: Mapping[str, Any]) -> str:
     size = f"{number(times)} times" if times > 1.0 else "no more than"
     text = f"{start} remains is {size} the error that sensor noise alone causes"
     if not left:
-        return f"{text}; a network in every port predicts no part of it."
+        return f"{text}."
     part = f"{percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
     return f"{text}: {percent(left['share'])} of the squared error; a network in every port predicts {part}."
 

@@ -19,7 +19,7 @@ Entry = Mapping[str, Any]
 VERDICTS = {
     "effect": "an effect that the model omits explains the gap",
     "main_effect": "an effect that the model omits explains a part of the gap, more is missing",
-    "no_gap": "no law and no network predicts these logs better than the re-identified model",
+    "no_gap": "no law explains these logs better than the re-identified model",
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
