@@ -145,7 +145,8 @@ def _fitted(parent: Parent, rows: Sequence[Row], carried: Carried | None) -> lis
 def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | None:
     """Fit a law from its fit to shorter windows or its linear step; None where it cannot be fitted."""
     try:
-        return _refit(parent, row, carried)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # of a fit that diverged
+            return _refit(parent, row, carried)
     except FAULTS:
         return None
 

@@ -115,11 +115,11 @@ def _dense(sums: Array, counts: Array, limits: Thresholds) -> Indices:
 
     def density(s: Array, c: Array) -> Array:
         share = s / np.maximum(s.sum(-1, keepdims=True), 1e-300)
-        with np.errstate(invalid="ignore"):  # nan, which is not dense: the group left out had all samples
-            return np.asarray(share / np.maximum(c / c.sum(-1, keepdims=True), 1e-12))
+        return np.asarray(share / np.maximum(c / c.sum(-1, keepdims=True), 1e-12))
 
-    whole = density(sums.sum(0), counts.sum(0))
-    without = density(sums.sum(0) - sums, counts.sum(0) - counts)
-    error = np.sqrt((n - 1) / n * np.sum((without - without.mean(0)) ** 2, axis=0))
+    with np.errstate(invalid="ignore", over="ignore"):  # the group left out had all
+        whole = density(sums.sum(0), counts.sum(0))
+        without = density(sums.sum(0) - sums, counts.sum(0) - counts)
+        error = np.sqrt((n - 1) / n * np.sum((without - without.mean(0)) ** 2, axis=0))
     dense = (whole >= limits.region_density) & (whole - limits.region_t * error > 1.0)
     return np.asarray(dense, np.int64)
