@@ -118,7 +118,7 @@ def _best(fitted: FittedHypothesis, effect: Known) -> FittedHypothesis:
     study, found = fitted.hypothesis.study, []
     for variant, place in effect.candidates(study.system):
         # behind a drive with a state of its own, no law depends on the speed that the input drives
-        if replace(place, factor=None, level=None) not in variant.places(fitted.hypothesis.system):
+        if place.everywhere not in variant.places(fitted.hypothesis.system):
             continue
         hypothesis = fitted.hypothesis.plus(variant, place)
         shapes = hypothesis.effects[-1].shapes

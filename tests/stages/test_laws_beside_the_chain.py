@@ -2,8 +2,9 @@
 
 import pytest
 
-from tests.stages.planted_law import Diagnosed, check_law
+from tests.stages.planted_law import Diagnosed, check_law, laws
 from tests.stages.planted_law import diagnosed as diagnosed
+from unmodelled.base.files import read_json
 
 #: Behind a lag an input drives no speed, and is used; deviations of experiments may have a mean.
 NAMES = ("actuator_saturation constant_power", "input_dependence load", "actuator_gain", "scatter")
@@ -12,3 +13,5 @@ NAMES = ("actuator_saturation constant_power", "input_dependence load", "actuato
 @pytest.mark.parametrize("name", NAMES)
 def test_a_law_that_a_chain_could_hide_is_named(name: str, diagnosed: Diagnosed) -> None:
     check_law(name, diagnosed)
+    law, effects = laws()[name], read_json(diagnosed(name) / "out" / "diagnosis.json")["effects"]
+    assert [(e["family"], e.get("variant", "")) for e in effects] == [(law.family, law.variant)]

@@ -22,8 +22,8 @@ from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.systems.model import Port, System
 
-#: Largest power of a position that a damping is in proportion to.
-DAMPED_POWER = 2
+#: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
+LONGEST, DAMPED_POWER = 3, 2
 #: Largest distance of zero from the middle of the logged positions, in halves of their range, at which powers
 #: of a position are tried: the fifth power of a temperature of 290 K to 300 K is no law.
 FARTHEST = 3.0

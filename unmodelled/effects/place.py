@@ -55,6 +55,11 @@ class Place:
         """
         return self.name if self.kind == "port" else f"{self.kind}:{self.name}"
 
+    @property
+    def everywhere(self) -> Place:
+        """Return the place in all experiments."""
+        return replace(self, factor=None, level=None)
+
 
 @dataclass(frozen=True)
 class SiteQuantity:

@@ -69,7 +69,7 @@ def _with_used_ports(system: System, found: Judgement) -> System:
 def _models(found: Judgement, system: System, every: Study) -> Models:
     """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
     last = found.final
-    chain, laws = paying_chain(last), [e for e in last.fitted.hypothesis.effects if not e.usual]
+    chain, laws = paying_chain(last), [law.speaker.added for law in found.laws]
     physics = Leaving.of("re-identified", [physics_fit(last, system)], every)
     steps = [physics]
     for k, law in enumerate(laws):

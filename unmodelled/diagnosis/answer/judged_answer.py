@@ -97,7 +97,8 @@ class Answered:
     @cached_property
     def laws(self) -> list[Added]:
         """Return the named laws in the order in which they were found."""
-        return self.models.augmented.last.laws
+        leaving = {law.key: law for law in self.models.augmented.last.laws}
+        return [leaving[law.speaker.added.key] for law in self.found.laws]
 
 
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.judge.chain import Key, as_chain, chain_of, with_priors
+from unmodelled.diagnosis.judge.chain import Key, chain_of
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
@@ -113,28 +113,29 @@ def paying_chain(last: Parent) -> list[Key]:
     evidence of a linear step keeps too many. A lag is at least half a sample: without it and without all that
     makes up for it, the fit is another one, which the evidence of both decides.
     """
-    chain = _all_pay(last, paying_parts(Linearised.of(last.fitted, last.base.tau)))
+    fit = cache(lambda parts: _with_chain(last, parts))
+    chain = _all_pay(fit, paying_parts(Linearised.of(last.fitted, last.base.tau)))
     timing = {e.key for e in chain_of(last.fitted.hypothesis) if e.delays or e.memory}
     if not timing.intersection(chain):
         return chain
-    fewer = _all_pay(last, [key for key in chain if key not in timing])
-    return max(fewer, chain, key=lambda some: _evidence(last, some))
+    fewer = _all_pay(fit, [key for key in chain if key not in timing])
+    return max(fewer, chain, key=lambda parts: _evidence(last, fit(frozenset(parts)), len(parts)))
 
 
-def _all_pay(last: Parent, chain: list[Key]) -> list[Key]:
+def _all_pay(fit: Callable[[frozenset[Key]], LastFit], chain: list[Key]) -> list[Key]:
     """Some parts of a chain, without those that do not pay beside the others."""
     while chain:
-        fewer = paying_parts(_with_chain(last, chain).around)
+        fewer = paying_parts(fit(frozenset(chain)).around)
         if set(fewer) == set(chain):
             break
         chain = fewer
     return chain
 
 
-def _evidence(last: Parent, chain: Collection[Key]) -> float:
-    """Evidence of the fit with some parts of the chain, nats; each costs its price."""
-    around = Linearised.of(_with_chain(last, chain).fitted, last.base.tau, last.weights)
-    return around.evidence - last.weights.price(len(chain))
+def _evidence(last: Parent, found: LastFit, parts: int) -> float:
+    """Evidence of a fit with so many parts of the chain, nats; each costs its price."""
+    around = Linearised.of(found.fitted, last.base.tau, last.weights)
+    return around.evidence - last.weights.price(parts)
 
 
 def _with_chain(last: Parent, chain: Collection[Key]) -> LastFit:
@@ -173,9 +174,6 @@ def among(
     names = {u.name: u.name for u in found.unknowns}
     for added, law in zip(whole.effects, whole.laws, strict=True):
         if added.key in kept:
-            found = found.plus(law, added.place)
-            new = dict(zip(added.units, found.effects[-1].units, strict=True))
-            names |= {own: before for before, own in new.items()}
-            priors = {new[name]: wider * prior for name, prior in added.priors.items()}
-            found = as_chain(found, priors) if added.usual else with_priors(found, priors)
+            found = found.again(added, law, wider)
+            names |= dict(zip(found.effects[-1].units, added.units, strict=True))
     return found, names

@@ -204,8 +204,9 @@ class Columns:
         found = []
         for effect in (*effects(), *hypothesis.study.laws):
             taken = {e.place.channel for e in hypothesis.effects if e.family == effect.family}
-            places = [p for p in effect.places(hypothesis.study.system) if p.channel not in taken]
-            found += [(effect, place) for place in places if hypothesis.takes(effect, place)]
+            known = set(effect.places(hypothesis.study.system))
+            places = [p for p in hypothesis.places(effect) if p in known and p.channel not in taken]
+            found += [(effect, place) for place in places]
         return found
 
     @cached_property
@@ -217,9 +218,9 @@ class Columns:
 
     def _system(self, place: Place) -> System:
         """The system that a law at a place sees: at inputs and outputs, the one beneath a chain."""
-        chained = any(added.usual for added in self.path.hypothesis.effects)
-        beneath = chained and place.kind in ("actuator", "sensor")
-        return self.path.hypothesis.study.system if beneath else self.path.system
+        hypothesis = self.path.hypothesis
+        beneath = hypothesis.chained and place.kind in ("actuator", "sensor")
+        return hypothesis.study.system if beneath else self.path.system
 
     def of_law(self, law: Law, place: Place) -> Array:
         """Return columns (judged windows, K, outputs, amplitudes), in plausible sizes, of a law."""

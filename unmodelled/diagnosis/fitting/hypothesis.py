@@ -49,16 +49,19 @@ class Hypothesis:
         """Return the hypothesis with one effect more."""
         key = effect.family, effect.variant, place
         if key not in self._larger:
-            beneath = _plain(place) not in effect.places(self.system) and self.takes(effect, place)
-            self._larger[key] = self._beneath(effect, place) if beneath else self._above(effect, place)
+            hidden = self.chained and place.everywhere not in effect.places(self.system)
+            self._larger[key] = self._beneath(effect, place) if hidden else self._above(effect, place)
         return self._larger[key]
 
-    def takes(self, effect: Effect, place: Place) -> bool:
-        """Return whether an effect can be added at a place; the measurement chain hides none."""
-        if _plain(place) in effect.places(self.system):
-            return True
-        chain = any(added.usual for added in self.effects)
-        return chain and _plain(place) in effect.places(self.study.system)
+    @property
+    def chained(self) -> bool:
+        """Return whether it has parts of a measurement chain."""
+        return any(added.usual for added in self.effects)
+
+    def places(self, effect: Effect) -> tuple[Place, ...]:
+        """Return the places at which an effect can be added; a measurement chain hides none."""
+        beneath = effect.places(self.study.system) if self.chained else ()
+        return tuple(dict.fromkeys((*effect.places(self.system), *beneath)))
 
     def _above(self, effect: Effect, place: Place) -> Hypothesis:
         """The hypothesis with an effect on top of the others."""
@@ -72,14 +75,21 @@ class Hypothesis:
         """
         found = Hypothesis.known(self.study)._above(effect, place)
         for added, law in zip(self.effects, self.laws, strict=True):
-            found = found._above(law, added.place)
-            *others, last = found.effects
-            now = dict(zip(added.units, last.units, strict=True))  # a name may be that of the effect
-            priors = {now[name]: size for name, size in added.priors.items()}
-            bounds = {now[name]: ends for name, ends in added.bounds.items()}
-            last = replace(last, priors=priors, bounds=bounds, usual=added.usual)
-            found = replace(found, effects=(*others, last))
+            found = found.again(added, law)
         return found
+
+    def again(self, added: Added, law: Effect, wider: float = 1.0) -> Hypothesis:
+        """Return the hypothesis with an effect of another one on top, its priors wider by a factor.
+
+        Its numbers may have other names, in the same order.
+        """
+        found = self._above(law, added.place)
+        *others, last = found.effects
+        now = dict(zip(added.units, last.units, strict=True))
+        priors = {now[name]: wider * size for name, size in added.priors.items()}
+        bounds = {now[name]: ends for name, ends in added.bounds.items()}
+        last = replace(last, priors=priors, bounds=bounds, usual=added.usual)
+        return replace(found, effects=(*others, last))
 
     def without(self, gone: Added) -> Hypothesis:
         """Return the hypothesis without one of its effects."""
@@ -209,11 +219,6 @@ class Hypothesis:
             replace(u, high=min(u.high, self.study.latest - known[late[u.name]])) if u.name in late else u
             for u in found
         ]
-
-
-def _plain(place: Place) -> Place:
-    """A place in all experiments."""
-    return replace(place, factor=None, level=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,10 @@ from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.scan import Row, removed
-from unmodelled.effects.discovered_law import DiscoveredLaw, formula_of, formula_terms
+from unmodelled.effects.discovered_law import LONGEST, DiscoveredLaw, formula_of, formula_terms
 from unmodelled.effects.formula_candidates import Term
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import Port
-
-#: Terms of the longest formula.
-LONGEST = 3
 
 
 def formulas(parent: Parent) -> Iterator[Refit]:
@@ -30,24 +27,27 @@ def formulas(parent: Parent) -> Iterator[Refit]:
     """
     study = parent.around.columns.path.hypothesis.study
     ports = [(port, formula_terms(study.system, port, study.scales)) for port in study.system.ports]
-    if not ports:
+    first = [(port, terms, *_gains(parent.around, port, terms)) for port, terms in ports]
+    if not first:
         return
-    port, terms = max(ports, key=lambda one: float(_gains(parent.around, *one)[0].max()))
-    chosen, amounts, around, nats = list[int](), np.zeros(len(terms)), parent.around, 0.0
-    for _ in range(min(LONGEST, len(terms))):
-        gains, steps = _gains(around, port, terms)
-        gains[chosen] = -np.inf
-        amounts[int(np.argmax(gains))] = steps[int(np.argmax(gains))]
-        chosen = sorted([*chosen, int(np.argmax(gains))])
-        one = _fitted(
-            parent, port, [terms[k] for k in chosen], amounts[chosen], comb(len(terms), len(chosen))
-        )
+    port, terms, gains, steps = max(first, key=lambda one: float(one[2].max()))
+    chosen, amounts, nats = list[int](), np.zeros(len(terms)), 0.0
+    while True:
+        best = int(np.argmax(gains))
+        amounts[best] = steps[best]
+        chosen = sorted([*chosen, best])
+        some, many = [terms[k] for k in chosen], comb(len(terms), len(chosen))
+        one = _fitted(parent, port, some, amounts[chosen], many)
         if one is None or one.nats < nats:
             return
-        if any(isinstance(formula_of([terms[k]], study.system, port), DiscoveredLaw) for k in chosen):
+        if any(isinstance(formula_of([term], study.system, port), DiscoveredLaw) for term in some):
             yield one
+        if len(chosen) == min(LONGEST, len(terms)):
+            return
         amounts[chosen] = [one.numbers[name][0] for name in one.added.amplitudes] / one.row.atom.scale
-        around, nats = parent.beside(one).around, one.nats
+        nats = one.nats
+        gains, steps = _gains(parent.beside(one).around, port, terms)
+        gains[chosen] = -np.inf
 
 
 def _gains(around: Linearised, port: Port, terms: Sequence[Term]) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_c
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
+from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.diagnosis.judge.scan import scan
 from unmodelled.effects.effect import USUAL_PERIODS
 
@@ -96,7 +97,7 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
 
     # 4. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
     #    law. Laws that leave more than they explain are not what is missing.
-    verdict = _verdict(parent, matters, bool(laws))
+    verdict = _verdict(parent.base, parent.residual, matters, bool(laws))
     if verdict in ("main_effect", "unknown"):
         say("write down a law")
         written = _written(looks)
@@ -155,12 +156,12 @@ def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
 
 def _is_whole(look: Look, law: Refit) -> bool:
     """Whether a law stands and leaves nothing."""
-    return stands(law) and _verdict(look.parent.beside(law), True, True) == "effect"
+    return stands(law) and _verdict(look.parent.base, law.residual, True, True) == "effect"
 
 
-def _verdict(final: Parent, matters: bool, named: bool) -> Verdict:
+def _verdict(base: Base, left: Residual, matters: bool, named: bool) -> Verdict:
     """Whether what is left is as small as the sensors or white."""
-    white = bool(np.all(final.residual.tau < WHITE))
+    white = bool(np.all(left.tau < WHITE))
     if named:
-        return "effect" if white or not final.base.matters(final.residual) else "main_effect"
+        return "effect" if white or not base.matters(left) else "main_effect"
     return "no_gap" if white or not matters else "unknown"

@@ -18,11 +18,8 @@ from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.effects.discovered_law import DiscoveredLaw, formula_of, formula_terms
+from unmodelled.effects.discovered_law import LONGEST, DiscoveredLaw, formula_of, formula_terms
 from unmodelled.effects.place import Place
-
-#: Terms of the longest formula.
-LONGEST = 3
 
 
 def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple[Hypothesis, Start]]:

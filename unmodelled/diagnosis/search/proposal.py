@@ -56,7 +56,7 @@ class Proposal:
         """Return whether the place of every law is still there when those before it are added."""
         found = self.base.hypothesis
         for atom in self.atoms:
-            if not found.takes(atom.effect, atom.place):
+            if atom.place.everywhere not in found.places(atom.effect):
                 return False
             found = found.plus(atom.effect, atom.place)
         return True
