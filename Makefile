@@ -93,9 +93,8 @@ withheld: $(VENV)/tools  ## the benchmark (docs/withheld): CASES=100 TRACK=plant
 		out=$(WITHHELD) hydra/launcher=joblib
 	@$(BIN)/python -m benchmarks.withheld.table $(firstword $(subst :, ,$(ENTRANT))) out=$(WITHHELD)
 
-EVIDENCE := evidence:.+by=evidence
-compare: $(VENV)/tools  ## diagnosis by search and by evidence on the same cases, side by side: ARGS="cases=planted:7045:100 cases=real:FOLDER"
-	@$(BIN)/python -m benchmarks.withheld.ruler unmodelled $(EVIDENCE) out=$(WITHHELD) $(ARGS)
+compare: $(VENV)/tools  ## the diagnosis of another working tree and this one on the same cases: OLD=TREE ARGS="cases=planted:7045:100 cases=real:FOLDER"
+	@$(BIN)/python -m benchmarks.withheld.ruler old:$(OLD) unmodelled out=$(WITHHELD) $(ARGS)
 
 fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
 	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)

@@ -108,10 +108,10 @@ def test_words_that_compare_nothing_are_refused(words: list[str], tmp_path: Path
 
 
 def test_an_entrant_may_have_words() -> None:
-    keys = overrides("planted:7052:3", 3, "evidence:.+by=evidence", Path("a folder"))
+    keys = overrides("planted:7052:3", 3, "old:.+seed=1", Path("a folder"))
     found = OverridesParser.create().parse_overrides(keys)
     assert {o.key_or_group: o.value() for o in found if o.key_or_group != "case"} == {
         "cases": "planted:7052:3",
-        "entrant": "evidence:.+by=evidence",
+        "entrant": "old:.+seed=1",
         "out": "a folder",
     }

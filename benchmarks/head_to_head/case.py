@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import read_json
-from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.faults.duplicates import different
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.reader import read_system

@@ -13,7 +13,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import AT_BOUND_SHARE, Hypothesis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.effects.added import Added
@@ -119,7 +119,7 @@ class JointFit:
             if effect.family in quantities:
                 joints.setdefault(effect.place.name, {})[quantities[effect.family]] = shared[name]
         moved = [f"{n} {known[n]:.3g} -> {shared[n]:.3g}" for n in known]
-        limits = self.hypothesis.study.thresholds.at_bound_share
+        limits = AT_BOUND_SHARE
         of_file = [u for u in each if not u.own and u.name in known]
         far = tuple(u.name for u in of_file if u.bound(shared[u.name], limits) is not None)
         says = f"parameters: {'; '.join([*said, *moved])}"

@@ -23,7 +23,7 @@ from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
-from unmodelled.diagnosis.decide.usual_mistakes import MISTAKES
+from unmodelled.diagnosis.doubts.usual_mistakes import MISTAKES
 from unmodelled.systems.reader import read_system
 
 #: Kinds of one seed with their numbers of cases: those of the published tables (docs/diagnosis).

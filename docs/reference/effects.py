@@ -26,27 +26,26 @@ EXAMPLES = (
     "systems/coupling.yaml",
     "tests/machines/turntable.yaml",
 )
-COLUMNS = ("variant", "description", "place", "law", "parameters", "complexity")
+COLUMNS = ("variant", "description", "place", "law", "parameters")
 HEAD = """# Effects
 
 This page lists the effects that a model may leave out: {count} laws in {families} families. `diagnose` tries
 each law at every suitable place. The laws are shown for a hoist that moves along `x` with the speed `v`, is
 driven by `u` and has a port `rail` (`systems/withheld/hoist.yaml`); laws that do not suit the hoist are shown
 for a pendulum, for a vessel with the level `h_1`, for a room with the temperature `T`, for a coil with the
-current `i`, for a battery with the voltage `v`, or for a coupling with the stiffness `k`. If the data cannot
-distinguish several laws, the law with the lowest complexity is named. A law without a variant is the basic
-form of its family.
+current `i`, for a battery with the voltage `v`, or for a coupling with the stiffness `k`. A law without a
+variant is the basic form of its family.
 
-Where all of these leave more than a negligible error, `diagnose` writes down a law as the family
+Where all of these leave more than noise, `diagnose` writes down a law as the family
 `discovered_law`: at a port, a sum of up to three terms in its position and velocity, such as `c_1*x**2*v`.
 The terms are a constant, powers of the position up to 5, sines and cosines of an angle up to four times per
-turn, and `v`, `x*v`, `x**2*v`, `v*abs(v)` and `v**3`. Its complexity is one more than the number of terms.
+turn, and `v`, `x*v`, `x**2*v`, `v*abs(v)` and `v**3`.
 
 """
 
 
 def page() -> str:
-    """Return one section per family, ordered by the simplest law of each family."""
+    """Return one section per family."""
     every = effects()
     families = list(dict.fromkeys(effect.family for effect in every))
     index = ", ".join(f"[{name}](#{name})" for name in families)
@@ -62,7 +61,7 @@ def _row(effect: Effect) -> tuple[str, ...]:
     kind = added.place.kind
     text = " ".join((effect.__doc__ or "").split("\n\n")[0].split())
     numbers = ", ".join(f"{code(name)} {_unit(added, name)}" for name in added.reported)
-    return code(effect.variant), text, kind, code(added.law), numbers, f"{effect.complexity:g}"
+    return code(effect.variant), text, kind, code(added.law), numbers
 
 
 def _unit(added: Added, name: str) -> str:

@@ -2,7 +2,7 @@
 
 A sample is one independent draw: a training from its own initial weights, a held-out run or a data set. Each
 sample has one number: the caller reduces repeats within a draw to their median. Every change of a rule is a
-row of docs/decisions/rule_changes.md.
+row of docs/results/changed_rules.md.
 """
 
 from collections.abc import Sequence

@@ -8,30 +8,16 @@ import pandas as pd
 import pytest
 
 import unmodelled
-from tests.diagnosis.studies import effect, fitted
 from tests.machines.folders import (
     Array,
     diagnosed,
-    logs_of,
     motion,
     only_effect,
     recorded,
-    system_of,
     text_of,
     values_of,
     write_runs,
 )
-from unmodelled.diagnosis.core.choose import Chooser
-from unmodelled.diagnosis.core.columns import Columns
-from unmodelled.diagnosis.core.equations import Equations
-from unmodelled.diagnosis.core.path import Path as FreeRun
-from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.discovered import discovered
-from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.effects.place import Place
-from unmodelled.logs.folder import read_logs
-from unmodelled.logs.preparation import prepared_for, several
 
 CART = text_of("cart_on_spring.yaml")
 PERIOD, SAMPLES, RUNS = 0.01, 600, 8
@@ -79,17 +65,6 @@ def test_a_law_of_the_library_is_named_as_such(tmp_path: Path) -> None:
     assert [e.family for e in answer.effects] == ["quadratic_drag"]
 
 
-def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> None:
-    """A spring, which the library's own fit may have missed, begins with the number of the formula."""
-    system = system_of(CART, tmp_path)
-    logs = read_logs(record(tmp_path / "logs", lambda x, v: 25.0 * x), system)
-    search = EffectSearch(Study.of(system, prepared_for(system, logs), 0.5, 0))
-    found = {h.effects[-1].key[:2]: start for h, start in discovered(search.base, search.few)}
-    # to first order: the mass follows
-    assert found["linear_spring", ""]["k_rail"] == pytest.approx(25.0, rel=0.5)
-    assert ("discovered_law", "x") not in found
-
-
 #: Carts in a row with springs between them, whose file knows no friction; dry friction, N.
 FILE = text_of("carts.yaml")
 CARTS, STIFFNESS, MASS = 6, 60.0, 2.0
@@ -113,36 +88,6 @@ def record_carts(folder: Path) -> Path:
         return pd.DataFrame(np.column_stack([t, noisy, u]), columns=["t", *names])
 
     return recorded(folder, run, RUNS, 3)
-
-
-@pytest.fixture(scope="module")
-def carts(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    folder = tmp_path_factory.mktemp("carts")
-    system = system_of(FILE, folder)
-    return Study.of(system, prepared_for(system, read_logs(record_carts(folder / "logs"), system)), 0.5, 0)
-
-
-def test_a_law_at_many_ports_of_one_kind_counts_once(carts: Study) -> None:
-    law, grown = effect("coulomb_friction"), [Hypothesis.known(carts)]
-    for k in range(1, CARTS + 1):
-        grown.append(grown[-1].plus(law, Place("port", f"rail{k}")))
-    assert [len(one.together) for one in grown] == [0, 1, 2, 1, 1, 1, 1]
-    other = grown[-1].plus(effect("viscous_friction"), Place("port", "rail1"))
-    assert [len(group) for group in other.together] == [CARTS, 1]
-
-
-def test_lags_of_all_sensors_of_one_unit_are_one_filter(carts: Study) -> None:
-    lagged = wrong = Hypothesis.known(carts)
-    for k in (1, 2, 3):
-        lagged = lagged.plus(effect("sensor_lag"), Place("sensor", f"x{k}"))
-        wrong = wrong.plus(effect("sensor_gain"), Place("sensor", f"x{k}"))
-    assert [len(unit) for unit in lagged.units] == [len(group) for group in lagged.together] == [3]
-    assert [len(unit) for unit in wrong.units] == [len(group) for group in wrong.together] == [1, 1, 1]
-    rubbing = lagged
-    for k in (1, 2, 3):
-        rubbing = rubbing.plus(effect("coulomb_friction"), Place("port", f"rail{k}"))
-    assert [len(group) for group in rubbing.together] == [3, 3]
-    assert [len(unit) for unit in rubbing.units] == [3, 1, 1, 1]
 
 
 @pytest.mark.long
@@ -170,18 +115,6 @@ def run(seed: int) -> pd.DataFrame:
     path = motion(rates, [0.0, 0.0, u[0] / 2.0], u, 0.005, substeps=10, held=True)
     columns = path[:, [0, 2]] + random.normal(0.0, (1e-5, 0.02), (len(t), 2))
     return pd.DataFrame({"t": t, "F": u, "x": columns[:, 0], "acc": columns[:, 1]})
-
-
-def test_an_accelerometer_alone_has_a_linear_system(tmp_path: Path) -> None:
-    """No output shows a state: no start is measured, and hidden states start with the experiments."""
-    runs = [run(seed)[["t", "F", "acc"]] for seed in range(4)]
-    known = system_of(text_of("cart_with_accelerometer.yaml", ("  x: {unit: m}\n", "")), tmp_path)
-    logs = several(known, logs_of(known, tmp_path / "logs", runs))
-    base = fitted(Hypothesis.known(Study.of(known, logs, 0.3, 0)))
-    columns = Columns(FreeRun.of(base, base.recording))
-    assert columns.starts.shape[3] == 0 and len(columns.own.prior) == 2
-    chooser = Chooser(Equations.of(columns), columns.path.gap)
-    assert ("sensor_lag", "sensor:acc") in [next(iter(s.names))[:2] for s in chooser.singles[:5]]
 
 
 @pytest.mark.long

@@ -1,31 +1,19 @@
-"""The linear system around a path ranks laws, and a search that fits them finds what was planted."""
+"""Columns around a path are derivatives of the free runs; a network in every port is fitted around them."""
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.planted import plant
-from tests.diagnosis.studies import JOINT, ONE_FAULT, TORQUE, effect, fitted, shared_study, study
-from tests.machines.folders import read_case
-from unmodelled.diagnosis.answer.diagnose import diagnose_gap
-from unmodelled.diagnosis.core.choose import Chooser
-from unmodelled.diagnosis.core.columns import Atom, Columns
-from unmodelled.diagnosis.core.equations import Equations
-from unmodelled.diagnosis.core.path import Path as FreeRun
+from tests.diagnosis.studies import JOINT, effect, fitted, shared_study, study
+from unmodelled.diagnosis.columns.columns import Atom, Columns
+from unmodelled.diagnosis.columns.path import Path as FreeRun
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.fitting.left_out import LeftOut
-from unmodelled.diagnosis.search.candidates import Candidates
-from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.diagnosis.search.network import AT_REST, HIDDEN, with_networks
-from unmodelled.diagnosis.search.network import fit_network as fitted_network
-from unmodelled.effects.library import effects
+from unmodelled.diagnosis.judge.network import AT_REST, HIDDEN, fit_network, with_networks
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -37,12 +25,6 @@ SMALL = 1e-3
 def columns_of(folder: Path, bench: Bench) -> Columns:
     base = fitted(Hypothesis.known(study(folder, bench)))
     return Columns(FreeRun.of(base, base.recording))
-
-
-@cache
-def chooser_of(folder: Path, bench: Bench) -> Chooser:
-    columns = columns_of(folder, bench)
-    return Chooser(Equations.of(columns), columns.path.gap)
 
 
 def simulated(columns: Columns, atom: Atom, k: int) -> np.ndarray:
@@ -83,43 +65,10 @@ def test_a_column_is_the_derivative_of_the_free_runs(tmp_path: Path, kind: str) 
     assert compared >= {"port": 20, "actuator": 4, "sensor": 2, "parameter": 1}[kind]
 
 
-def test_left_out_errors_are_those_of_fits_without_the_experiment() -> None:
-    rng, runs, n = np.random.default_rng(1), 5, 3
-    X, y = rng.normal(size=(runs, 40, n)), rng.normal(size=(runs, 40))
-    Z = np.concatenate([X, y[..., None]], axis=2)
-    gram = Z.transpose(0, 2, 1) @ Z
-    atom, one = Atom(None, JOINT, {}, np.ones(1), np.zeros(1, bool), 1), np.ones(n, np.int64)  # type: ignore[arg-type]
-    equations = Equations(
-        *(gram, 0, (), np.empty(0), (atom,) * n, np.arange(n), one, np.zeros(n, bool)),
-        *(np.full(runs, 40.0), None, frozenset()),  # type: ignore[arg-type]
-    )
-    found = equations.folds().errors(np.array([[0, 2]]))[0]
-    for left in range(runs):
-        others = [k for k in range(runs) if k != left]
-        A, b = X[others][..., [0, 2]].reshape(-1, 2), y[others].ravel()
-        best = np.linalg.solve(A.T @ A + np.eye(2) / 9.0, A.T @ b)
-        rest = y[left] - X[left][:, [0, 2]] @ best
-        assert found[left] == pytest.approx(rest @ rest)
-
-
-@pytest.mark.parametrize(("bench", "family", "place"), ONE_FAULT.values(), ids=ONE_FAULT)
-def test_a_planted_law_is_among_the_first(tmp_path: Path, bench: Bench, family: str, place: Place) -> None:
-    chooser = chooser_of(tmp_path, bench)
-    singles = [next(iter(s.names))[:2] for s in chooser.singles]
-    assert (family, place.channel) in singles[:3]
-    for one in chooser.singles[:10]:
-        every = chooser.variants(one)
-        hard = [sum(chooser.equations.atoms[a].effect.complexity for a in each.atoms) for each in every]
-        assert hard == sorted(hard) and {each.names for each in every} == {one.names}
-        assert one.cost == pytest.approx(min(each.cost for each in every))
-    heads = [group[0] for group in chooser.classes()]
-    assert heads == sorted(heads, key=lambda head: head.cost)
-
-
 def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_path: Path) -> None:
     known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
     rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
-    every = [Columns(FreeRun.of(base, base.recording)).between.atoms for base in (known, rubbing)]
+    every = [[a for _, _, a in Columns(FreeRun.of(b, b.recording)).scatter()] for b in (known, rubbing)]
     varying = [[a.place for a in atoms if a and a.effect.variant == "dry_friction"] for atoms in every]
     assert varying == [[], [JOINT]]
 
@@ -142,60 +91,7 @@ def test_a_lag_hides_the_state_before_it(tmp_path: Path) -> None:
     assert (anywhere.start_gain[0] == 1.0).all()
 
 
-@pytest.mark.long
-def test_where_nothing_is_missing_the_best_law_is_chance(tmp_path: Path) -> None:
-    """Of ten machines without effects, the probability is spread from zero to one."""
-    rubbing = Bench(samples=200, runs=8)
-    benches = [*(replace(rubbing, friction=0.0, seed=seed) for seed in range(10)), rubbing]
-    *found, missing = (chooser_of(tmp_path / str(k), bench).chance for k, bench in enumerate(benches))
-    assert sum(chance < 0.1 for chance in found) <= 3 and max(found) > 0.3
-    assert 0.5**6 <= missing <= 2.0 * 0.5**6  # the signs of six experiments that are fitted
-
-
 #: A column of experiments.csv with a level that holds for both kinds of runs.
-GROUPS = ("new", "old", "new", "old", "new", "old")
-IN_GROUP = Bench(runs=6, samples=300, groups=GROUPS, friction=tuple(0.06 * (g == "old") for g in GROUPS))
-SUPPLY = Bench(runs=6, samples=300, friction=0.0, supply=(0.85, 1.1, 0.95, 1.2, 0.8, 1.05))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("bench", "family", "place"),
-    [
-        (IN_GROUP, "coulomb_friction", replace(JOINT, factor="group", level="old")),
-        (SUPPLY, "scatter", TORQUE),
-    ],
-    ids=["friction in one group", "a supply that differs between runs"],
-)
-def test_what_was_planted_is_named(bench: Bench, family: str, place: Place, tmp_path: Path) -> None:
-    candidates = EffectSearch(study(tmp_path, bench)).run()
-    (found,) = candidates.fits[candidates.named()].hypothesis.effects
-    assert (found.family, found.place) == (family, place)
-
-
-#: Families of friction, which are the only ones that the next test compares.
-FRICTION = ("viscous_friction", "coulomb_friction", "stribeck_friction", "hysteresis")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("back", "exponent"), [(0.9, 3.0), (0.2, 1.5)])
-def test_a_loop_of_another_shape_is_hysteresis(
-    back: float, exponent: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    plant(tmp_path, effect("hysteresis", "bouc_wen"), numbers={"b_h": back, "n_h": exponent, "x_h": 0.1})
-    laws = tuple(e for e in effects() if e.family in FRICTION)
-    monkeypatch.setattr("unmodelled.diagnosis.core.columns.effects", lambda: laws)
-    # a loop of the fixed shape predicts nearly as well, and is named where complexity has its price
-    cheap = Thresholds(material_share=0.005)
-    found = diagnose_gap(*read_case(tmp_path), 0.2, 0, 1, thresholds=cheap)
-    (named,) = found.effects
-    assert (named.added.family, named.added.variant) == ("hysteresis", "bouc_wen")
-    assert named.estimates["F_h"].value == pytest.approx(0.15, rel=0.05)
-    assert named.estimates["x_h"].value == pytest.approx(0.1, rel=0.1)
-    assert named.estimates["b_h"].value == pytest.approx(back, abs=0.1)
-    assert named.estimates["n_h"].value == pytest.approx(exponent, rel=0.15)
-
-
 #: A second place where an effort may act.
 HUB = (
     ("dynamics:", "  hub: {effort: pull, unit: N m, velocity: omega}\ndynamics:"),
@@ -211,13 +107,10 @@ def base(rubbing: Study) -> FittedHypothesis:
 
 @pytest.fixture(scope="module")
 def network(base: FittedHypothesis) -> FittedHypothesis:
-    return fitted_network(base, base.recording, 3)
+    return fit_network(base, 3)
 
 
-def test_it_explains_what_was_left_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
-    compared = Candidates((LeftOut.of(base), LeftOut.of(network)))
-    assert compared.beats(1, 0, priced=False) and not compared.beats(0, 1, priced=False)
-    assert compared.remaining[1] < 0.5
+def test_it_explains_what_the_physics_leaves_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
     assert network.fit.left.value < 0.5 * base.fit.left.value
 
 
@@ -239,7 +132,7 @@ def test_its_law_is_that_of_the_friction(network: FittedHypothesis, rubbing: Stu
 
 
 def test_the_same_seed_gives_the_same_network(base: FittedHypothesis, network: FittedHypothesis) -> None:
-    again = fitted_network(base, base.recording, 3)
+    again = fit_network(base, 3)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
     other = with_networks(base.hypothesis, 4)
@@ -251,7 +144,7 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
     known = study(tmp_path, Bench(friction=0.0, samples=400))
     recording = known.recording.thinned(16)
     base = FittedHypothesis.of(Hypothesis.known(known), recording)
-    with_it = judged_model("neural", fitted_network(base, recording, 0))
+    with_it = judged_model("neural", fit_network(base, 0))
     assert with_it.gap.value < 1.05 * judged_model("re-identified", base).gap.value
 
 

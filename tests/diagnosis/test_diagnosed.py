@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
-from tests.diagnosis.studies import HORIZON, JOINT, study
+from tests.diagnosis.studies import HORIZON, JOINT
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
-from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.logs.preparation import prepare
 
 RUBBING = Bench(runs=6, samples=400)
 TRUTH = {"b": 0.015, "mgl": 1.2}
@@ -122,32 +120,6 @@ def test_the_same_seed_gives_the_same_diagnosis(friction: Diagnosis, tmp_path: P
     assert again.confidence == pytest.approx(friction.confidence)
 
 
-def _with_held_out(friction: Diagnosis, sign: float) -> Diagnosis:
-    """Diagnosis with held-out experiments of a sensor that is ten times as noisy, and has another sign."""
-    logs = friction.logs
-    held = np.isin(logs.owner, friction.held_out)[:, None]
-    noise = 2e-3 * np.random.default_rng(0).standard_normal(logs.y.shape)
-    turned = prepare(friction.system, replace(logs, y=np.where(held, noise + sign * logs.y, logs.y)))
-    found = diagnose_gap(friction.system, turned, HORIZON, 0, faults=())
-    assert found.held_out == friction.held_out
-    return found
-
-
-@pytest.mark.long
-def test_held_out_experiments_take_no_part_in_fitting(friction: Diagnosis) -> None:
-    found = _with_held_out(friction, 1.0)
-    assert found.augmented.gap.value > 3.0 * friction.augmented.gap.value
-    assert fitted(found)[0] == fitted(friction)[0]
-    assert fitted(found)[1] == pytest.approx(fitted(friction)[1], rel=1e-6, abs=1e-9)
-
-
-@pytest.mark.long
-def test_an_effect_that_does_not_lower_the_held_out_error_is_not_named(friction: Diagnosis) -> None:
-    found = _with_held_out(friction, -1.0)
-    assert (found.verdict, found.effects) == ("unknown", ())
-    assert found.augmented is found.reidentified
-
-
 @pytest.mark.long
 def test_nothing_is_missing_where_parameters_were_wrong(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, replace(RUBBING, friction=0.0))
@@ -212,8 +184,7 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
 def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_path: Path) -> None:
     friction = (0.05, 0.18, 0.12, 0.08, 0.17, 0.06, 0.15, 0.09)
     bench = Bench(friction=friction, ripple=0.03, runs=8, samples=300)
-    search = EffectSearch(study(tmp_path, bench, *FRICTION))
-    found = search.run()
-    named = found.fits[found.named()].hypothesis.effects
-    found_at = {(e.family, e.place.channel) for e in named}
+    system, logs = bench.recorded(tmp_path, *FRICTION)
+    found = diagnose_gap(system, logs, HORIZON, 0)
+    found_at = {(e.added.family, e.added.place.channel) for e in found.effects}
     assert found_at == {("scatter", "parameter:F_c"), ("torque_ripple", "joint")}

@@ -12,10 +12,8 @@ import pytest
 from tests.commands import exit_code
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import HORIZON, study
-from tests.diagnosis.test_opposite import damping_between, friction_of_the_load, lacking
-from unmodelled.api.diagnosis import diagnose
+from tests.diagnosis.test_ports_between import damping_between, friction_of_the_load, logged
 from unmodelled.api.simulation import simulate
-from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -54,7 +52,7 @@ def answered(folder: Path) -> Path:
     (folder / "laws.yaml").write_text(LAWS)
     words = (f"{name}={folder / file}" for name, file in (("system", "system.yaml"), ("logs", "logs")))
     own = f"laws={folder / 'laws.yaml'}", f"horizon={HORIZON}", f"out={folder / 'answer'}"
-    assert exit_code("diagnose", *words, "by=evidence", *own, "-q") == 0
+    assert exit_code("diagnose", *words, *own, "-q") == 0
     return folder / "answer"
 
 
@@ -89,20 +87,6 @@ def test_the_written_file_has_the_numbers_and_nearly_the_gap_of_the_answer(answe
     gap = simulate(answered / "augmented_system.yaml", answered.parent / "logs", HORIZON).value
     # experiments left out are predicted a little worse than those that a file was fitted to
     assert 0.8 * found["gap"]["augmented"] <= gap <= found["gap"]["augmented"] * (1.0 + 1e-6)
-
-
-@pytest.mark.long
-def test_both_ways_write_the_same_entries(answered: Path) -> None:
-    system, logs = answered.parent / "system.yaml", answered.parent / "logs"
-    other, found = diagnose(system, logs, HORIZON, workers=1).content, content(answered)
-    own = {"laws", "sources", "options", "chain", "evidence", "strangers"}
-    assert set(other) - own == set(found) - own
-    for part in ("gap", "where"):
-        assert set(other[part]) == set(found[part])
-    for part in ("effects", "comparison"):
-        one, two = (each[part][0] for each in (other, found))
-        told = {"text", "kind", "law_kind", "probability"}
-        assert set(one) - told == set(two) - told
 
 
 @pytest.mark.long
@@ -141,19 +125,13 @@ def test_every_experiment_has_a_step_and_not_all_parts_of_the_chain_pay(folder: 
     assert set(kept) < {part.key for part in chain_of(base.fitted.hypothesis)}
 
 
-def test_another_way_is_refused(folder: Path) -> None:
-    with pytest.raises(BadInput, match="by: must be evidence or search, got 'luck'"):
-        diagnose(*RUBBING.recorded(folder / "refused"), by="luck")
-
-
 @pytest.mark.long
 def test_a_port_between_two_masses_is_there_only_where_a_law_acts(tmp_path: Path) -> None:
     for effort, port, ports in (
         (damping_between, "motor_load", ("motor", "load", "motor_load")),
         (friction_of_the_load, "load", ("motor", "load")),
     ):
-        found = lacking(tmp_path / port, effort).model
-        answer = diagnose(found.system, found.logs, HORIZON, workers=1, by="evidence")
+        answer = diagnose(*logged(tmp_path / port, effort), HORIZON, workers=1)
         assert answer.effects[0].port == port
         assert answer.system.port_names == ports
         assert any("the system file has no port" in note for note in answer.notes) is (len(ports) == 3)

@@ -17,15 +17,14 @@ from tests.evaluation.compiled_free_run import free_run
 from tests.machines.folders import Array, logs_of, motion, system_of, text_of
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale, steps_of
-from unmodelled.diagnosis.data.persistence import default_horizon, persistence
+from unmodelled.diagnosis.data.persistence import FEWEST_SAMPLES, default_horizon, persistence
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.faults.look import log_faults
 from unmodelled.diagnosis.fitting.deviation import gap
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.engine.free_run import Integration
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
@@ -198,7 +197,7 @@ def test_a_constant_is_predicted_for_ever() -> None:
 
 def test_noise_is_not_predicted_at_all() -> None:
     logs = outputs(np.random.default_rng(0).standard_normal(3000))
-    assert default_horizon(logs) == pytest.approx(DEFAULT_THRESHOLDS.fewest_horizon_samples * logs.period)
+    assert default_horizon(logs) == pytest.approx(FEWEST_SAMPLES * logs.period)
     assert persistence(Recording.of(logs, 0.3)) == pytest.approx(np.sqrt(2.0), rel=0.1)
 
 

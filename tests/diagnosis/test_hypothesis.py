@@ -10,10 +10,9 @@ from tests.diagnosis.benches import FRICTION, PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, shared_study, study
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting import deviation
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import INPUT_TIMING, FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, values_per_experiment
 from unmodelled.effects.place import Place
 from unmodelled.logs.clock import delayed
@@ -35,21 +34,10 @@ def names(hypothesis: Hypothesis) -> list[str]:
 def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
     b, mgl, timing = known.unknowns
     assert (b.name, b.low, b.high) == ("b", 0.0, 0.1) and (mgl.name, mgl.low, mgl.high) == ("mgl", 0.2, 5.0)
-    most = DEFAULT_THRESHOLDS.input_timing * PERIOD
+    most = INPUT_TIMING * PERIOD
     assert (timing.low, timing.high) == pytest.approx((-most, most))
     assert known.delays == known.timing == {timing.name: "torque"}
-    assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
-
-
-def test_an_effect_that_another_one_stands_beside_stays(known: Hypothesis) -> None:
-    scatter, friction = effect("scatter", "dry_friction"), effect("coulomb_friction")
-    one = known.plus(friction, JOINT).plus(effect("viscous_friction", "by_direction"), JOINT)
-    varied = one.plus(scatter, JOINT)
-    families = [[e.family for e in h.removable] for h in (one, varied)]
-    assert families == [["coulomb_friction", "viscous_friction"], ["viscous_friction", "scatter"]]
-    # of two dry frictions, either can go
-    assert len(varied.plus(effect("hysteresis", "dahl"), JOINT).removable) == 4
-    assert varied.without(varied.effects[-1]).removable == varied.without(varied.effects[-1]).effects
+    assert (known.key, known.full) == (frozenset(), known.study.system)
 
 
 def test_numbers_of_effects_are_fitted_within_their_bounds(known: Hypothesis) -> None:
@@ -89,23 +77,10 @@ def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
         simulation(values[None, None])
 
 
-def test_complexity_adds_up(known: Hypothesis) -> None:
-    friction, scatter = effect("coulomb_friction"), effect("scatter")
-    alone = known.plus(friction, JOINT)
-    assert alone.complexity == friction.complexity
-    local, limits = known.plus(friction, OLD).complexity, DEFAULT_THRESHOLDS
-    assert local == pytest.approx(friction.complexity + limits.local_complexity)
-    both = alone.plus(scatter, Place("parameter", "b"))
-    assert both.complexity == pytest.approx(friction.complexity + scatter.complexity)
-    doubted = known.plus(scatter, Place("parameter", "J"))
-    assert doubted.complexity == pytest.approx(scatter.complexity + limits.known_parameter_complexity)
-
-
 def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
     first = known.plus(effect("coulomb_friction"), JOINT).plus(effect("sensor_gain"), ANGLE)
     second = known.plus(effect("sensor_gain"), ANGLE).plus(effect("coulomb_friction"), JOINT)
     assert first.key == second.key
-    assert first.complexity == pytest.approx(second.complexity)
     others = [
         known.plus(effect("coulomb_friction"), OLD).plus(effect("sensor_gain"), ANGLE),
         known.plus(effect("coulomb_friction", "by_direction"), JOINT).plus(effect("sensor_gain"), ANGLE),

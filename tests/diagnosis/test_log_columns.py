@@ -12,8 +12,8 @@ from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
-from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.search.log_rates import Rate, rates
+from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.faults.rates import Rate, rates
 from unmodelled.logs.logs import Logs
 
 #: Pendulum with a dry friction that its system file does not know.

@@ -19,12 +19,12 @@ from tests.machines.folders import changed, logs_of, motion, read_case, system_o
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
-from unmodelled.diagnosis.search.log_copies import copies
-from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
-from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.diagnosis.faults.copies import copies
+from unmodelled.diagnosis.faults.duplicates import different
+from unmodelled.diagnosis.faults.look import log_faults, without_copies
+from unmodelled.diagnosis.faults.trials import Trials
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs

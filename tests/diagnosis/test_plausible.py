@@ -15,13 +15,13 @@ from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.decide.efforts import Efforts
-from unmodelled.diagnosis.decide.implausible import implausible
-from unmodelled.diagnosis.decide.undetermined import doubtful, is_determined, remarks, undetermined
+from unmodelled.diagnosis.doubts.efforts import Efforts
+from unmodelled.diagnosis.doubts.implausible import implausible
+from unmodelled.diagnosis.doubts.numbers import Numbers
+from unmodelled.diagnosis.doubts.undetermined import Determination, remarks, undetermined
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
-from unmodelled.diagnosis.search.candidates import Candidates
+from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.diagnosis.where.where import where
 
 UNKNOWN_J = (
@@ -34,6 +34,11 @@ STILL = Bench(friction=0.0, runs=3)
 def only(found: tuple[Remark, ...]) -> Remark:
     (one,) = found
     return one
+
+
+def numbers(fitted: FittedHypothesis) -> Numbers:
+    """Of a fit whose errors are independent."""
+    return Numbers(LastFit(fitted, 1.0))
 
 
 def fit_of(folder: Path, *changes: tuple[str, str], **bench: float) -> FittedHypothesis:
@@ -54,8 +59,10 @@ def dry(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
 
 
 def test_a_clean_fit_says_nothing(dry: FittedHypothesis) -> None:
-    assert remarks(LeftOut.of(dry)) == ()
-    assert all(is_determined(dry, name) and not dry.at_bound(name) for name in ("b", "mgl", "F_c"))
+    assert remarks(numbers(dry)) == ()
+    assert all(
+        Determination.of(dry).determined(name) and not dry.at_bound(name) for name in ("b", "mgl", "F_c")
+    )
 
 
 def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
@@ -65,8 +72,8 @@ def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
     assert (set(found.numbers), found.kind) == ({"J", "b", "mgl"}, "undetermined")
     told = "these logs determine only J/b and J/mgl, not J, b and mgl by themselves"
     assert found.sentence.startswith(told)
-    assert not any(is_determined(swing, name) for name in ("J", "b", "mgl"))
-    assert implausible(LeftOut.of(swing)) == ()
+    assert not any(Determination.of(swing).determined(name) for name in ("J", "b", "mgl"))
+    assert implausible(numbers(swing)) == ()
 
 
 def test_a_torque_determines_all_of_them(tmp_path: Path) -> None:
@@ -78,7 +85,7 @@ def test_a_number_without_influence_is_not_determined(tmp_path: Path) -> None:
     swing = fit_of(tmp_path, idle)
     found = only(undetermined(swing))
     assert found.numbers == ("idle",) and "do not determine idle" in found.sentence
-    assert not is_determined(swing, "idle") and is_determined(swing, "mgl")
+    assert not Determination.of(swing).determined("idle") and Determination.of(swing).determined("mgl")
 
 
 def test_a_weight_beside_a_weight(tmp_path: Path) -> None:
@@ -94,7 +101,7 @@ def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:
     """It may be zero, but only because the known one can be larger."""
     known = Hypothesis.known(study(tmp_path, STILL, UNKNOWN_J))
     found = fitted(known.plus(effect("inertia_error"), JOINT))
-    (remark,) = (r for r in remarks(LeftOut.of(found)) if "dM" in r.numbers)
+    (remark,) = (r for r in remarks(numbers(found)) if "dM" in r.numbers)
     assert (set(remark.numbers), remark.kind) == ({"J", "dM"}, "undetermined")
 
 
@@ -107,7 +114,7 @@ def test_the_numbers_of_a_polynomial_are_one_curve(tmp_path: Path) -> None:
 
 def test_a_number_at_a_bound(tmp_path: Path) -> None:
     found = fit_of(tmp_path, mgl=5.5)
-    remark = only(remarks(LeftOut.of(found)))
+    remark = only(remarks(numbers(found)))
     assert (remark.numbers, remark.kind) == (("mgl",), "bound")
     assert "mgl is at its upper bound, 5 N m: these logs ask for more" in remark.sentence
     assert found.at_bound("mgl") and not found.at_bound("b")
@@ -115,7 +122,7 @@ def test_a_number_at_a_bound(tmp_path: Path) -> None:
 
 def test_none_of_a_damping(tmp_path: Path) -> None:
     found = fit_of(tmp_path, b=-0.02)
-    assert "b is at its bound of 0 N m s/rad" in only(remarks(LeftOut.of(found))).sentence
+    assert "b is at its bound of 0 N m s/rad" in only(remarks(numbers(found))).sentence
 
 
 @pytest.mark.parametrize(
@@ -132,7 +139,7 @@ def test_the_largest_effort_is_that_of_the_logs(dry: FittedHypothesis) -> None:
 
 
 def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
-    remark = only(implausible(LeftOut.of(with_values(dry, {"F_c": 3.5}))))
+    remark = only(implausible(numbers(with_values(dry, {"F_c": 3.5}))))
     limit = Efforts(dry).largest("joint")
     assert (remark.numbers, remark.kind) == (("F_c",), "effort")
     times = f"F_c = 3.5 N m is {3.5 / limit:.2g} times the largest torque that acts at joint"
@@ -140,23 +147,15 @@ def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
     assert f"({limit:.3g} N m)" in remark.sentence
 
 
-def test_effects_with_doubtful_numbers_are_those_with_remarks(dry: FittedHypothesis) -> None:
-    known = fitted(Hypothesis.known(dry.hypothesis.study))
-    fits = known, dry, with_values(dry, {"F_c": 3.5})
-    found = Candidates(tuple(map(LeftOut.of, fits)))
-    (friction,) = dry.hypothesis.effects
-    assert [set(doubtful(found, k)) for k in range(3)] == [set(), set(), {friction.key}]
-
-
 def test_a_load_larger_than_all_that_acts(dry: FittedHypothesis) -> None:
     loaded = fitted(Hypothesis.known(dry.hypothesis.study).plus(effect("constant_load"), JOINT))
-    remark = only(implausible(LeftOut.of(with_values(loaded, {"F_0": -4.0}))))
+    remark = only(implausible(numbers(with_values(loaded, {"F_0": -4.0}))))
     assert remark.kind == "effort" and "a torque of up to 4 N m" in remark.sentence
 
 
 def test_an_effect_that_may_be_zero(tmp_path: Path) -> None:
     known = Hypothesis.known(study(tmp_path, STILL))
-    (remark,) = implausible(LeftOut.of(fitted(known.plus(effect("constant_load"), JOINT))))
+    (remark,) = implausible(numbers(fitted(known.plus(effect("constant_load"), JOINT))))
     assert remark.kind == "zero" and "may as well be zero" in remark.sentence
 
 
@@ -167,7 +166,7 @@ def test_a_gain_that_no_part_has(dry: FittedHypothesis, family: str, place: obje
     found = fitted(dry.hypothesis.plus(effect(family), place))  # type: ignore[arg-type]
     (gain,) = found.hypothesis.effects[-1].amplitudes
     near, far = (
-        [r.kind for r in implausible(LeftOut.of(with_values(found, {gain: share * most})))]
+        [r.kind for r in implausible(numbers(with_values(found, {gain: share * most})))]
         for share in (0.9, 1.1)
     )
     assert "gain" not in near and "gain" in far
@@ -175,7 +174,7 @@ def test_a_gain_that_no_part_has(dry: FittedHypothesis, family: str, place: obje
 
 def test_a_mass_that_is_not_there(dry: FittedHypothesis) -> None:
     found = fitted(dry.hypothesis.plus(effect("inertia_error"), JOINT))
-    remarks_of_it = implausible(LeftOut.of(with_values(found, {"dM": 0.03})))
+    remarks_of_it = implausible(numbers(with_values(found, {"dM": 0.03})))
     (remark,) = (r for r in remarks_of_it if r.numbers == ("dM",))
     assert remark.kind == "mass"
     assert "dM = 0.03 kg m^2 is 1.5 times the known one there (0.02 kg m^2)" in remark.sentence
@@ -187,7 +186,7 @@ def test_a_sign_and_a_mass_of_the_file(tmp_path: Path) -> None:
         "mgl: {value: -0.9, unit: N m, identify: true, bounds: [-2, 5]}",
     )
     heavy = ("J: {value: 0.02,", "J: {value: 0.005, identify: true, bounds: [0.001, 1],")
-    found = implausible(LeftOut.of(fit_of(tmp_path, pull, heavy)))
+    found = implausible(numbers(fit_of(tmp_path, pull, heavy)))
     assert {r.numbers[0]: r.kind for r in found} == {"mgl": "sign", "J": "mass"}
     assert "J is 4 times the given value: 0.02 kg m^2" in " ".join(r.sentence for r in found)
 
@@ -196,14 +195,14 @@ def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> N
     exact = (("b: {value: 0.03,", "b: {value: 0.015,"), ("mgl: {value: 0.9,", "mgl: {value: 1.2,"), UNKNOWN_J)
     system, logs = STILL.recorded(tmp_path, *exact)
     found = fitted(Hypothesis.known(Study.of(system, replace(logs, u=1.19 * logs.u), HORIZON, 0)))
-    remark = only(implausible(LeftOut.of(found)))
+    remark = only(implausible(numbers(found)))
     assert remark.kind == "common_factor" and {"J", "mgl"} <= set(remark.numbers)
     assert "are 1.19 times their given values, as if torque were 0.84" in remark.sentence
 
 
 def test_one_factor_without_an_input_says_nothing(tmp_path: Path) -> None:
     """b and mgl twice as large are no scale of the torque while J is known."""
-    assert implausible(LeftOut.of(fit_of(tmp_path, b=0.06, mgl=1.8))) == ()
+    assert implausible(numbers(fit_of(tmp_path, b=0.06, mgl=1.8))) == ()
 
 
 @pytest.mark.long

@@ -6,8 +6,8 @@ import pytest
 import unmodelled as um
 from tests.diagnosis.studies import effect, fitted
 from tests.machines.folders import Array, system_of, text_of, write_runs
-from unmodelled.diagnosis.core.columns import Columns
-from unmodelled.diagnosis.core.path import Path as FreeRun
+from unmodelled.diagnosis.columns.columns import Columns
+from unmodelled.diagnosis.columns.path import Path as FreeRun
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.residuals import Errors

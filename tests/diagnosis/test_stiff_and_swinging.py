@@ -9,11 +9,6 @@ from scipy.linalg import expm
 
 import unmodelled as um
 from tests.machines.folders import Array, diagnosed, motion, recorded, system_of, text_of
-from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.effects.parameter_error import ParameterError
-from unmodelled.effects.place import Place
 
 pytestmark = pytest.mark.long
 Random = np.random.Generator
@@ -117,15 +112,10 @@ def winch(rng: Random) -> pd.DataFrame:
 def test_the_integration_is_refined_with_the_error_of_a_model_that_fits(tmp_path: Path) -> None:
     """Two steps per sample are enough beside the error of the file, and too coarse for the right number."""
     system = system_of(WINCH, tmp_path / "system")
-    study = Study.of(system, um.read_logs(recorded(tmp_path / "logs", winch, 6), system), 0.4, 0)
-    search = EffectSearch(study)
-    right = Hypothesis.known(study).plus(ParameterError(), Place("parameter", "k"))
-    search._keep(search._fitted(right, [{}]))
-    search._converge()
-    named = search._named()
-    assert named.hypothesis is right
-    assert named.fit.substeps >= named.steps_needed > search.base.fit.substeps
-    assert named.fit.values["J"] == pytest.approx(0.05, rel=5e-4)
+    answer = um.diagnose(system, recorded(tmp_path / "logs", winch, 6), 0.4)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "parameter_error", "parameter:k")
+    assert answer.parameters.set_index("name").loc["J", "identified"] == pytest.approx(0.05, rel=5e-4)
 
 
 def fan(folder: Path, damping: float, drag: float = 0.0) -> str:

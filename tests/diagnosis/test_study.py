@@ -1,9 +1,7 @@
 """What a study knows: levels of experiments, which are held out, and thresholds that a user can set."""
 
-import inspect
-import re
 from collections import Counter
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +13,9 @@ from hypothesis import strategies as st
 
 import unmodelled as um
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import HORIZON, JOINT, effect
+from tests.diagnosis.studies import HORIZON
 from unmodelled.diagnosis.data.levels import MOST_LEVELS, levels
 from unmodelled.diagnosis.data.study import Study, held_out
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
@@ -117,54 +114,11 @@ def test_rows_count_from_the_first_of_the_table() -> None:
     assert [(level, members.tolist()) for _, level, members in levels(table)] == [("b", [0, 2])]
 
 
-ROOM = Path(__file__).parents[2] / "unmodelled" / "diagnosis"
-
-
-def test_every_threshold_has_meaning_unit_origin_and_sensitivity() -> None:
-    """In the comment above it."""
-    source = inspect.getsource(Thresholds)
-    for each in fields(Thresholds):
-        above = re.search(rf"((?:    #: .*\n)+)    {each.name}: ", source)
-        text = above[1].replace("\n    #: ", " ") if above else ""
-        assert re.match(r"    #: \w.+ \[.+\]\. Origin: .+\. .*\w\.\n", text), each.name
-
-
-def test_every_threshold_is_used() -> None:
-    """By the code of the room, outside the file that defines it."""
-    code = "".join(path.read_text() for path in ROOM.rglob("*.py") if path.name != "thresholds.py")
-    assert {each.name for each in fields(Thresholds)} <= set(re.findall(r"\.(\w+)\b", code))
-
-
-def test_the_held_out_share_decides_how_many_are_held_out() -> None:
-    table = pd.DataFrame({"id": [str(k) for k in range(8)], "file": "log.csv"})
-    shares = {0.25: 2, 0.5: 4, 0.01: 1}
-    assert {
-        share: len(held_out(table, 0, replace(DEFAULT_THRESHOLDS, held_out_share=share))) for share in shares
-    } == shares
-
-
-def test_a_study_hands_its_thresholds_to_its_hypotheses(tmp_path: Path) -> None:
-    system, logs = Bench(samples=120, groups=tuple("abab")).recorded(tmp_path)
-    dear = Thresholds(local_complexity=10.0, input_timing=0.1)
-    usual, other = (
-        Hypothesis.known(Study.of(system, logs, HORIZON, 0, limits)) for limits in (DEFAULT_THRESHOLDS, dear)
-    )
-    place = replace(JOINT, factor="group", level="a")
-    found = [h.plus(effect("coulomb_friction"), place).complexity for h in (usual, other)]
-    assert found[1] - found[0] == pytest.approx(10.0 - DEFAULT_THRESHOLDS.local_complexity)
-    timing = [next(u for u in h.unknowns if u.name.startswith("timing")) for h in (usual, other)]
-    assert timing[1].high == pytest.approx(timing[0].high / 6.0)
-
-
-def test_the_defaults_are_the_thresholds() -> None:
-    assert um.Options().thresholds == DEFAULT_THRESHOLDS and um.Options().changed == {}
-
-
-def test_every_option_reaches_the_threshold_of_its_name() -> None:
+def test_every_option_is_changed_by_its_name() -> None:
+    assert um.Options().changed == {}
     for name, value in asdict(um.Options()).items():
         other = value + 1 if name == "most_equal" else 0.5 * value
-        options = um.Options.of({name: other})
-        assert getattr(options.thresholds, name) == other and options.changed == {name: other}
+        assert um.Options.of({name: other}).changed == {name: other}
 
 
 @pytest.mark.parametrize(
@@ -185,8 +139,8 @@ def test_what_cannot_be_used_is_refused(given: dict[str, Any], said: str) -> Non
 
 @pytest.mark.long
 def test_an_answer_is_made_with_them_and_says_so() -> None:
-    """No model is so good."""
     system, logs = um.example("pendulum")
-    usual, strict = um.diagnose(system, logs), um.diagnose(system, logs, options={"useful_error": 1e-4})
-    assert usual.verdict == "effect" and "options" not in usual.content
-    assert strict.verdict == "unknown" and strict.content["options"] == {"useful_error": 1e-4}
+    usual, sure = um.diagnose(system, logs), um.diagnose(system, logs, options={"level": 0.999})
+    assert usual.verdict == sure.verdict == "effect" and "options" not in usual.content
+    narrow, wide = (np.ptp(answer.effects[0].F_c.interval) for answer in (usual, sure))
+    assert wide > 1.3 * narrow and sure.content["options"] == {"level": 0.999}

@@ -20,9 +20,9 @@ from tests.machines.folders import Array, read_case
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.faults.outside_forces import outside_forces
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of, channel_shares
-from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import Where, factors, where
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs

@@ -29,8 +29,8 @@ from tests.machines.folders import Array, changed, system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.faults.look import without_copies
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
 from unmodelled.logs.logs import Logs

@@ -16,7 +16,7 @@ from tests.report.case import Page
 from tests.report.test_site import check_addresses
 from unmodelled.base.files import read_json
 from unmodelled.diagnosis.answer.augmented import FILE
-from unmodelled.diagnosis.core import columns
+from unmodelled.diagnosis.columns import columns
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.effect import Effect, PortEffect
 from unmodelled.effects.library import effects

@@ -27,7 +27,6 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
-    by: str = "evidence",
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -47,17 +46,12 @@ def diagnose(
             them (laws/1); default none.
         options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
             answer says which were changed.
-        by: way in which laws are found: `evidence` (default) compares laws beside the delays, lags, gains
-            and offsets that every log has, also over windows of four times the horizon; `search` fits sets
-            of laws over windows of the horizon and takes the simplest that predicts best a quarter of the
-            experiments, which takes no part in fitting or choosing.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.
 
     Raises:
-        BadInput: when the system, the logs, the horizon, the seed, a law, an option or the way of diagnosis
-            cannot be used.
+        BadInput: when the system, the logs, the horizon, the seed, a law or an option cannot be used.
 
     Examples:
         The logs of the example have dry friction in the joint, which its system file leaves out:
@@ -84,7 +78,7 @@ def diagnose(
     """
     limits = Options.of(options)
     own = given_laws(laws)
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits, by))
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits))
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

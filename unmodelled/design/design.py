@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,11 +22,11 @@ from unmodelled.design.rivals import Entry, Known, Rival, fitted_rival
 from unmodelled.design.runs import Simulated
 from unmodelled.design.signals import CHIRP, FAMILIES, Family, reference_points, references
 from unmodelled.design.written import rest_notes
-from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.input_hold import begun
-from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.where.opposite import with_named_ports
+from unmodelled.diagnosis.faults.duplicates import different
+from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.judge.known_physics import known_physics
+from unmodelled.effects.ports_between import with_named_ports
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
@@ -107,16 +106,16 @@ def design(
     system, logs, _ = without_copies(system, logs, horizon)
     named: list[Entry] = answer["effects"]
     said = {e["port"] for entry in named for e in (entry, *entry["indistinguishable"])}
-    study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed, laws=laws)
-    search = begun(study, os.cpu_count() or 1, progress)
+    study = Study(with_named_ports(system, said), different(logs), horizon, (), seed=study_seed, laws=laws)
+    physics = known_physics(study, progress)
     known = _known(answer)
     swaps = [(k, other) for k, entry in enumerate(named) for other in entry["indistinguishable"]]
     progress("fit the named effects and their alternatives")
-    rivals = [fitted_rival(search, named, known, _label(named))]
+    rivals = [fitted_rival(physics, named, known, _label(named))]
     for k, other in swaps:
         exchanged = [*named[:k], other, *named[k + 1 :]]
         kept = {n: v for n, v in known.items() if n not in named[k]["parameters"]}
-        rivals.append(fitted_rival(search, exchanged, kept, _label(exchanged)))
+        rivals.append(fitted_rival(physics, exchanged, kept, _label(exchanged)))
     numbers = _numbers(rivals[0], answer, bool(swaps))
     noise, spread = _uncertainty(study, answer)
     criterion = Criterion(rivals, bounds, noise, spread, numbers)

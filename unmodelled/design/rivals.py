@@ -20,7 +20,7 @@ from unmodelled.design.runs import Simulated, equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
 from unmodelled.diagnosis.fitting.unknowns import Unknown
-from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.diagnosis.judge.known_physics import KnownPhysics
 from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.columns import Member
 from unmodelled.effects.discovered_law import DiscoveredLaw
@@ -68,12 +68,12 @@ class Known:
 
 
 def fitted_rival(
-    search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, Known], label: str
+    physics: KnownPhysics, entries: Sequence[Entry], known: Mapping[str, Known], label: str
 ) -> Rival:
     """Fit the known physics with effects to the training experiments, from known numbers on."""
-    hypothesis = Hypothesis.known(search.study)
+    hypothesis = Hypothesis.known(physics.study)
     library: dict[tuple[str, str], Effect] = {
-        (e.family, e.variant): e for e in (*effects(), *search.study.laws)
+        (e.family, e.variant): e for e in (*effects(), *physics.study.laws)
     }
     for entry in entries:
         family, variant = entry["family"], entry.get("variant", "")
@@ -83,13 +83,13 @@ def fitted_rival(
         except KeyError:
             raise BadInput(
                 f"answer: {entry['family']} at {entry['port']} cannot be added to "
-                f"{search.study.system.place}: use the system file of the diagnosis"
+                f"{physics.study.system.place}: use the system file of the diagnosis"
             ) from None
     values = {name: each.value for name, each in known.items()}
     free = {n: g for e in hypothesis.effects for n, g in e.shapes.items() if n not in values}
     grids = list(product(*free.values()))
     starts = [{**values, **dict(zip(free, g, strict=True))} for g in grids[:: -(-len(grids) // STARTS)]]
-    fitted = FittedHypothesis.of(hypothesis, search.fitted, starts)
+    fitted = FittedHypothesis.of(hypothesis, physics.fitted.recording, starts)
     return Rival(label, fitted, known)
 
 

@@ -1,8 +1,8 @@
 """Effects that planned experiments could show, from which size on, and effects that would look alike.
 
-An effect changes the free runs of the known physics in proportion to its size (`diagnosis.core.columns`). The
-part of the change that uncertain parameters, the timing of inputs and the initial states cannot explain
-counts, in standard deviations of the sensor noise.
+An effect changes the free runs of the known physics in proportion to its size (`diagnosis.columns`). The part
+of the change that uncertain parameters, the timing of inputs and the initial states cannot explain counts, in
+standard deviations of the sensor noise.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from scipy.special import ndtri
 
 from unmodelled.base.arrays import Array
 from unmodelled.design.identifiability import correlated
-from unmodelled.diagnosis.core.columns import Atom, Columns
-from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.columns.columns import Atom, Columns
+from unmodelled.diagnosis.columns.path import Path
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis

@@ -15,7 +15,6 @@ class ActuatorCurve(DriveEffect):
     """
 
     family = "actuator_curve"
-    complexity = 2.4  # above that of the falling gain, which is the same law for f < 0
 
     def law(self, at: Site) -> Law:
         largest = at["u"].largest

@@ -22,7 +22,6 @@ class _DeadZone(DriveEffect):
 class DeadZone(_DeadZone):
     """Dead zone of equal width on both sides; beyond it the actuator gives the input minus the width."""
 
-    complexity = 2.0
     lost = "clip(u, -u_d, u_d)"
 
 
@@ -30,5 +29,4 @@ class RoundedDeadZone(_DeadZone):
     """Dead zone with a gradual transition."""
 
     variant = "rounded"
-    complexity = 2.2
     lost = "u_d*tanh(u/u_d)"

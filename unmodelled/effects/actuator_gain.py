@@ -12,7 +12,6 @@ class ActuatorGain(ActuatorEffect):
     """
 
     family = "actuator_gain"
-    complexity = 1.0
 
     def law(self, at: Site) -> Law:
         if zero := at.zero("u"):

@@ -14,7 +14,6 @@ class ActuatorLag(DriveEffect):
 
     kind = "timing"
     family = "actuator_lag"
-    complexity = 2.0
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return dict.fromkeys(added.shapes, USUAL_PERIODS * period)

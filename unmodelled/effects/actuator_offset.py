@@ -9,7 +9,6 @@ class ActuatorOffset(ActuatorEffect):
     """Constant added to the input."""
 
     family = "actuator_offset"
-    complexity = 1.0
 
     def law(self, at: Site) -> Law:
         # the limits of the file are those of what acts

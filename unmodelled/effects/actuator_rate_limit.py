@@ -19,7 +19,6 @@ class ActuatorRateLimit(DriveEffect):
     """
 
     family = "actuator_rate_limit"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         half = at["u"].half
@@ -42,7 +41,6 @@ class RampAndLag(DriveEffect):
 
     family = "actuator_rate_limit"
     variant = "with_lag"
-    complexity = 3.0
 
     def law(self, at: Site) -> Law:
         half = at["u"].half

@@ -35,7 +35,6 @@ class _Saturation(DriveEffect):
 class HardSaturation(_Saturation):
     """Saturation at the same limit on both sides."""
 
-    complexity = 2.0
     limited, most = "clip(u, -u_max, u_max)", 1.0
     said: ClassVar[Mapping[str, str]] = {
         "ctrl_low": "max(ctrl_low, -u_max)",
@@ -47,7 +46,6 @@ class SoftSaturation(_Saturation):
     """Saturation that approaches its limit gradually."""
 
     variant = "soft"
-    complexity = 2.2
     limited, most = "u_max*tanh(u/u_max)", 4.0
 
 
@@ -55,7 +53,6 @@ class _SpeedLimit(DriveEffect):
     """Saturation whose limit falls with speed; it is tried where the input drives a port."""
 
     family = "actuator_saturation"
-    complexity = 3.0
     limited: ClassVar[str]  # the limited input
     speed: ClassVar[str]  # name of the speed in it
     #: Limits at rest, in largest inputs, and speeds where the limit begins or ends, in largest speeds.
@@ -111,7 +108,6 @@ class FallingGain(DriveEffect):
 
     family = "actuator_saturation"
     variant = "falling_gain"
-    complexity = 2.3
 
     def law(self, at: Site) -> Law:
         largest = at["u"].largest

@@ -34,7 +34,6 @@ class FrictionBehindPlay(PortEffect):
     kind = "play"
     family = "backlash"
     variant = "friction"
-    complexity = 4.0
     needs = ("position", "velocity")
     power = "lost over a cycle"
 
@@ -69,7 +68,6 @@ class MassBehindPlay(_BehindPlay):
     """Part of the known mass that is connected to the port with play."""
 
     variant = "mass"
-    complexity = 4.0
     is_part = True
 
 
@@ -77,7 +75,6 @@ class LoadBehindPlay(_BehindPlay):
     """Additional mass that is connected to the port with play."""
 
     variant = "load"
-    complexity = 4.2
     is_part = False
 
 
@@ -92,7 +89,6 @@ class PlayInSpring(PortEffect):
     kind = "play"
     family = "backlash"
     variant = "in_spring"
-    complexity = 2.0
     needs = ("position", "spring")
 
     def law(self, at: Site) -> Law:

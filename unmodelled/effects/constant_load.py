@@ -10,7 +10,6 @@ class ConstantLoad(PortEffect):
 
     kind = "load"
     family = "constant_load"
-    complexity = 1.0
     power = "stored"
     domains = ("power", "balance")
 

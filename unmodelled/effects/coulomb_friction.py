@@ -11,7 +11,6 @@ class CoulombFriction(PortEffect):
 
     kind = "dry friction"
     family = "coulomb_friction"
-    complexity = 1.0
     needs = ("velocity",)
     power = "lost"
 
@@ -25,7 +24,6 @@ class GradualFriction(CoulombFriction):
     """Dry friction that rises gradually with speed, as in a contact of many asperities."""
 
     variant = "gradual"
-    complexity = 1.8
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -38,7 +36,6 @@ class CoulombFrictionByDirection(CoulombFriction):
     """Dry friction with another magnitude in each direction."""
 
     variant = "by_direction"
-    complexity = 2.5
 
     def law(self, at: Site) -> Law:
         amplitudes = {

@@ -57,7 +57,6 @@ class _CyclicError(SensorEffect):
 class CyclicError(_CyclicError):
     """Sine wave over the angle; the speed is measured otherwise."""
 
-    complexity = 3.0
     waves = ("n_y",)
 
 
@@ -65,7 +64,6 @@ class CyclicErrorOfSpeed(_CyclicError):
     """Sine wave over the angle, and the speed that the same encoder shows is the slope of the shown angle."""
 
     variant = "angle_and_speed"
-    complexity = 3.0
     waves = ("n_y",)
     speed = True
 
@@ -74,7 +72,6 @@ class CyclicErrorWithOvertone(_CyclicError):
     """Two sine waves, once and twice per turn, as of a disc off its axis and askew."""
 
     variant = "with_overtone"
-    complexity = 4.0
     waves = ("1", "2")
 
 
@@ -82,6 +79,5 @@ class CyclicErrorOfSpeedWithOvertone(_CyclicError):
     """Two sine waves, once and twice per turn, also in the speed that the same encoder shows."""
 
     variant = "angle_and_speed_with_overtone"
-    complexity = 4.0
     waves = ("1", "2")
     speed = True

@@ -19,7 +19,6 @@ class Delay(Effect):
     """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`)."""
 
     kind = "timing"
-    complexity = 2.0
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return dict.fromkeys(added.delays, USUAL_PERIODS * period)

@@ -43,10 +43,7 @@ _TERMS = {term.text("x", "v"): term for term in (Term(), *_SPRINGS, *_WAVES, *_D
 
 
 class DiscoveredLaw(PortEffect):
-    """Sum of a few smooth terms in position and velocity.
-
-    It has as many numbers as terms, and was chosen among many formulas: its complexity is one more than that.
-    """
+    """Sum of a few smooth terms in position and velocity."""
 
     family = DISCOVERED
     domains = ("power", "balance")
@@ -54,7 +51,6 @@ class DiscoveredLaw(PortEffect):
     def __init__(self, terms: Sequence[Term]) -> None:
         self.terms = tuple(terms)
         self.variant = " + ".join(term.text("x", "v") for term in self.terms)
-        self.complexity = 1.0 + len(self.terms)
 
     @classmethod
     def named(cls, variant: str) -> DiscoveredLaw:

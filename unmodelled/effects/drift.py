@@ -27,7 +27,6 @@ class ParameterDrift(DriftAlongExperiments):
 
     family = "drift"
     variant = "parameter"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         rate = f"{at.place.name}_rate"
@@ -39,7 +38,6 @@ class ParameterDriftByOrder(ParameterEffect):
 
     family = "drift"
     variant = "parameter_by_order"
-    complexity = 2.2
 
     def law(self, at: Site) -> Law:
         step = f"{at.place.name}_step"
@@ -57,7 +55,6 @@ class ParameterDriftThatSettles(DriftAlongExperiments):
 
     family = "drift"
     variant = "parameter_settling"
-    complexity = 3.2
 
     def law(self, at: Site) -> Law:
         change, span = f"{at.place.name}_change", at.duration
@@ -79,7 +76,6 @@ class LoadDrift(PortEffect):
     kind = "load"
     family = "drift"
     variant = "load"
-    complexity = 3.2
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
@@ -92,7 +88,6 @@ class LoadDriftByOrder(PortEffect):
     kind = "load"
     family = "drift"
     variant = "load_by_order"
-    complexity = 3.4
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:

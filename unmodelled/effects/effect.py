@@ -59,8 +59,6 @@ class Effect(ABC):
     Attributes:
         family: name of the family in a diagnosis.
         variant: name of the variant within the family; empty for the plain form.
-        complexity: number by which the simplest of several equally good effects is chosen; about the number
-            of its parameters, more for memory and for rare effects.
         beside: families of which one must have been added at the same place; empty (default) if none must.
         at_levels: whether it acts at levels of factors only; default False.
         may_be_far: whether it may be larger than any linear step shows, so that it is always fitted alone;
@@ -70,7 +68,6 @@ class Effect(ABC):
 
     family: str
     variant: str = ""
-    complexity: float
     beside: ClassVar[frozenset[str]] = frozenset()
     at_levels: ClassVar[bool] = False
     may_be_far: ClassVar[bool] = False

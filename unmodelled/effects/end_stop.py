@@ -46,7 +46,6 @@ class UpperStop(_EndStop):
     """Stop at the upper end of the travel."""
 
     variant = "upper"
-    complexity = 3.0
     ends = ("x_h",)
 
 
@@ -54,7 +53,6 @@ class LowerStop(_EndStop):
     """Stop at the lower end of the travel."""
 
     variant = "lower"
-    complexity = 3.0
     ends = ("x_l",)
 
 
@@ -62,5 +60,4 @@ class BothStops(_EndStop):
     """Equal stops at both ends of the travel."""
 
     variant = "both"
-    complexity = 4.0
     ends = ("x_l", "x_h")

@@ -40,7 +40,6 @@ class PartOnSpring(_OnSpring):
     """Part of the known mass on a spring with damping, such as the load behind an elastic shaft."""
 
     variant = "part"
-    complexity = 3.5
     is_part = True
 
 
@@ -48,5 +47,4 @@ class LoadOnSpring(_OnSpring):
     """Additional mass on a spring with damping."""
 
     variant = "load"
-    complexity = 3.7
     is_part = False

@@ -16,7 +16,6 @@ class DryFrictionDrift(PortEffect):
     kind = "dry friction"
     family = "drift"
     variant = "dry_friction"
-    complexity = 2.2
     needs = ("velocity",)
     beside = frozenset({"coulomb_friction", "hysteresis", "load_friction", "stribeck_friction"})
 
@@ -31,7 +30,6 @@ class ViscousFrictionDrift(PortEffect):
     kind = "damping"
     family = "drift"
     variant = "viscous_friction"
-    complexity = 2.2
     needs = ("velocity",)
     beside = frozenset({"viscous_friction", "stribeck_friction"})
 

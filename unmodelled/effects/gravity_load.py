@@ -16,7 +16,6 @@ class GravityLoad(PortEffect):
 
     kind = "load"
     family = "gravity_load"
-    complexity = 2.0
     needs = ("position",)
     power = "stored"
 

@@ -48,7 +48,6 @@ class Dahl(_Hysteresis):
     """Dahl model of friction with exponent one."""
 
     variant = "dahl"
-    complexity = 3.0
     build_up = "v - abs(v)*z"
 
 
@@ -60,7 +59,6 @@ class BoucWen(_Hysteresis):
     """
 
     variant = "bouc_wen"
-    complexity = 4.0
     build_up = "v - b_h*abs(v)*z*abs(z)**(n_h - 1) - (1 - b_h)*v*abs(z)**n_h"
 
     def rate(self) -> str:
@@ -78,7 +76,6 @@ class LuGre(_Hysteresis):
     """LuGre model of friction: bristles with a Stribeck curve and their own damping."""
 
     variant = "lugre"
-    complexity = 5.0
     build_up = "v - abs(v)*z/(1 + s_b*exp(-(v/v_s)**2))"
 
     def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:

@@ -14,7 +14,6 @@ class InductanceSaturation(CoilEffect):
 
     kind = "number"
     family = "inductance_saturation"
-    complexity = 2.5
     needs = ("velocity", "mass")
     power = "stored"
 

@@ -14,7 +14,6 @@ class InertiaError(PortEffect):
 
     kind = "number"
     family = "inertia_error"
-    complexity = 1.5
     needs = ("velocity", "mass")
     power = "stored"
 
@@ -28,7 +27,6 @@ class MassWithItsWeight(PortEffect):
     kind = "number"
     family = "inertia_error"
     variant = "with_weight"
-    complexity = 2.2
     needs = ("velocity", "mass")
 
     def law(self, at: Site) -> Law:

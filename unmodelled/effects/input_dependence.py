@@ -21,7 +21,6 @@ class ParameterByInput(ParameterEffect):
 
     family = "input_dependence"
     variant = "parameter"
-    complexity = 1.5
 
     def places(self, system: System) -> tuple[Place, ...]:
         return _with_signals(system, super().places(system))
@@ -44,7 +43,6 @@ class LoadByInput(PortEffect):
     kind = "load"
     family = "input_dependence"
     variant = "load"
-    complexity = 1.5
     domains = ("power", "balance")
 
     def places(self, system: System) -> tuple[Place, ...]:

@@ -22,14 +22,14 @@ GROUP = "unmodelled.laws"
 
 @cache
 def effects() -> tuple[Effect, ...]:
-    """Return one object of each effect, the simplest first."""
+    """Return one object of each effect, by family; the basic law of a family first."""
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
     ours = (kind for kind in kinds if kind.__module__.startswith(f"{package.__name__}."))
     found = [kind() for kind in ours if _makes_one(kind)]
     found += _of_packages({effect.family for effect in found})
-    return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
+    return tuple(sorted(found, key=lambda effect: (effect.family, effect.variant)))
 
 
 @cache

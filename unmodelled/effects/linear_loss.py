@@ -14,7 +14,6 @@ class LinearLoss(BalanceEffect):
 
     kind = "damping"
     family = "linear_loss"
-    complexity = 1.0
     warm = False
 
     def law(self, at: Site) -> Law:
@@ -26,7 +25,6 @@ class LossToKnownLevel(ToKnownSurroundings):
 
     kind = "damping"
     family = "linear_loss"
-    complexity = 1.0
 
     def law(self, at: Site) -> Law:
         far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
@@ -40,7 +38,6 @@ class LossToSurroundings(BalanceEffect):
     kind = "damping"
     family = "linear_loss"
     variant = "to_surroundings"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half

@@ -13,7 +13,6 @@ class LinearSpring(PortEffect):
 
     kind = "elasticity"
     family = "linear_spring"
-    complexity = 1.0
     needs = ("position",)
     power = "stored"
 
@@ -25,7 +24,6 @@ class PreloadedSpring(LinearSpring):
     """Spring with a force F_0 at position zero."""
 
     variant = "preloaded"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         amplitudes = {"k": signed("x", at.effort / at["x"].rms), "F_0": signed("1", at.effort)}

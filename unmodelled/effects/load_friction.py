@@ -26,8 +26,6 @@ def _of_load(at: Site, adds: str) -> Amplitude:
 class LoadFriction(OfLoad):
     """Dry friction in proportion to the magnitude of the load."""
 
-    complexity = 1.5
-
     def law(self, at: Site) -> Law:
         amplitudes = {"k_l": _of_load(at, "abs(l)*tanh(v/v_c)")}
         return Law("k_l*abs(l)*sign(v)", amplitudes, {"v_c": creep(at)})
@@ -40,7 +38,6 @@ class LoadFrictionByDirection(OfLoad):
     """
 
     variant = "by_direction"
-    complexity = 2.5
 
     def law(self, at: Site) -> Law:
         amplitudes = {

@@ -11,7 +11,6 @@ class NonlinearLoss(BalanceEffect):
 
     kind = "damping"
     family = "nonlinear_loss"
-    complexity = 3.5
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "q", 3)

@@ -19,7 +19,6 @@ class HardeningSpring(_Spring):
     """Duffing spring: a stiffness that grows, or falls, with the square of position."""
 
     variant = "hardening"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         size = at["x"].rms
@@ -31,7 +30,6 @@ class PolynomialSpring(_Spring):
     """Spring with any smooth characteristic: a polynomial of order four about the middle of the travel."""
 
     variant = "polynomial"
-    complexity = 4.0
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "F", 4)
@@ -40,7 +38,6 @@ class PolynomialSpring(_Spring):
 class _OneSided(_Spring):
     """Spring in contact beyond a position: linear for n = 1, stiffer with depth for n > 1."""
 
-    complexity = 2.9
     sign: ClassVar[str]  # of the force
     depth: ClassVar[str]  # of the contact, in tenths of the half travel
 
@@ -72,7 +69,6 @@ class SpringWithPlay(_Spring):
     """Spring in contact on both sides of a gap of 2*delta about x_0."""
 
     variant = "play"
-    complexity = 3.0
 
     def law(self, at: Site) -> Law:
         half, middle = at["x"].half, at["x"].middle

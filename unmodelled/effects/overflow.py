@@ -11,7 +11,6 @@ class Overflow(BalanceEffect):
 
     kind = "damping"
     family = "overflow"
-    complexity = 2.0
     warm = False
     #: Exponent of the level above the threshold.
     exponent = 1.0
@@ -28,5 +27,4 @@ class Weir(Overflow):
     """Flow over the edge of a vessel: it grows with the power 1.5 of the level above the edge (Poleni)."""
 
     variant = "weir"
-    complexity = 2.2
     exponent = 1.5

@@ -140,11 +140,6 @@ class Law(LawEffect):
         return PLACE_KINDS[self.at]
 
     @property
-    def complexity(self) -> float:  # type: ignore[override]
-        """Return one for each number in which the law is linear, half for each other one."""
-        return sum(OTHER if number.like else LINEAR for number in self.numbers.values())
-
-    @property
     def definition(self) -> dict[str, Any]:
         """Return what defines the law, as plain values."""
         numbers = {

@@ -9,7 +9,6 @@ class ParameterChange(ParameterEffect):
     """Parameter that has another value in the experiments of one level, by a number that they share."""
 
     family = "parameter_change"
-    complexity = 1.0
     at_levels = True
 
     def law(self, at: Site) -> Law:

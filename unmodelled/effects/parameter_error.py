@@ -19,7 +19,6 @@ class ParameterError(ParameterEffect):
     """Parameter that has another value than the file says, in all experiments."""
 
     family = "parameter_error"
-    complexity = 1.0
     may_be_far = True
 
     def places(self, system: System) -> tuple[Place, ...]:

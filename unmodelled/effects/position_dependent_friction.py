@@ -46,7 +46,6 @@ class FrictionAlongTravel(_PositionDependentFriction):
     """
 
     variant = "along_travel"
-    complexity = 3.5
 
     def level(self, at: Site) -> Level:
         s = "(x - x_a)/(x_b - x_a)"
@@ -61,7 +60,6 @@ class ViscousFrictionAlongTravel(FrictionAlongTravel):
 
     kind = "damping"
     variant = "viscous_along_travel"
-    complexity = 3.6
     dry = False
 
 
@@ -69,7 +67,6 @@ class PeriodicFriction(_PositionDependentFriction):
     """Dry friction of a constant level plus a wave over position."""
 
     variant = "periodic"
-    complexity = 4.0
 
     def level(self, at: Site) -> Level:
         wave, grid = "0.5*(1 + cos(k_x*x - phi))", waves(at, 6)
@@ -86,7 +83,6 @@ class FrictionOverAnArc(_PositionDependentFriction):
     """
 
     variant = "arc"
-    complexity = 4.2
 
     def level(self, at: Site) -> Level:
         wave, grid = "max((cos(k_x*x - phi) - c)/(1 - c), 0)", waves(at, 2)
@@ -102,7 +98,6 @@ class TightSpot(_PositionDependentFriction):
     """Dry friction around one position."""
 
     variant = "tight_spot"
-    complexity = 3.0
 
     def level(self, at: Site) -> Level:
         where, half = at["x"], at["x"].half

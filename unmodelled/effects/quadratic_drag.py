@@ -10,7 +10,6 @@ class QuadraticDrag(PortEffect):
 
     kind = "damping"
     family = "quadratic_drag"
-    complexity = 1.5
     needs = ("velocity",)
     power = "lost"
 

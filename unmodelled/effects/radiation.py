@@ -11,7 +11,6 @@ class RadiationToKnownLevel(ToKnownSurroundings):
 
     kind = "damping"
     family = "radiation"
-    complexity = 1.2
     warm = True
 
     def law(self, at: Site) -> Law:
@@ -26,7 +25,6 @@ class Radiation(BalanceEffect):
 
     kind = "damping"
     family = "radiation"
-    complexity = 2.2
     warm = True
 
     def law(self, at: Site) -> Law:

@@ -19,7 +19,6 @@ class RcBranch(SensorEffect):
     """
 
     family = "rc_branch"
-    complexity = 2.0
 
     def places(self, system: System) -> tuple[Place, ...]:
         outputs = (o for o in system.outputs if direct_input(system, o) is not None)

@@ -13,7 +13,6 @@ class RootOutflow(BalanceEffect):
 
     kind = "damping"
     family = "root_outflow"
-    complexity = 1.2
     warm = False
 
     def law(self, at: Site) -> Law:

@@ -29,7 +29,6 @@ class Scatter(ParameterEffect):
     """
 
     family = "scatter"
-    complexity = 4.5
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         """Losses change between experiments, with temperature and load; masses and stiffnesses do not."""
@@ -50,7 +49,6 @@ class GainScatter(ActuatorEffect):
 
     family = "scatter"
     variant = "gain"
-    complexity = 4.5
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         """Supplies vary."""
@@ -69,7 +67,6 @@ class FrictionScatter(PortEffect):
     kind = "dry friction"
     family = "scatter"
     variant = "dry_friction"
-    complexity = 4.5
     needs = ("velocity",)
     # what all experiments have in common is no scatter
     beside = frozenset(

@@ -18,7 +18,6 @@ class SelfHeating(CoilEffect):
 
     kind = "number"
     family = "self_heating"
-    complexity = 2.5
     power = "lost"
 
     def law(self, at: Site) -> Law:

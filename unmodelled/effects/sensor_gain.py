@@ -15,7 +15,6 @@ class SensorGain(SensorEffect):
     """Constant relative error of the sensor's gain, about 0 degC of a temperature."""
 
     family = "sensor_gain"
-    complexity = 1.2
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return dict.fromkeys(added.amplitudes, CALIBRATION)

@@ -14,7 +14,6 @@ class SensorLag(SensorEffect):
 
     kind = "timing"
     family = "sensor_lag"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         grid = geometric(at.period, _LONGEST * at.duration, _TIMES)

@@ -15,7 +15,6 @@ class SensorOffset(SensorEffect):
     """Constant added to the measured quantity."""
 
     family = "sensor_offset"
-    complexity = 1.2
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return {name: USUAL_SIZES * added.scales[name] for name in added.amplitudes}

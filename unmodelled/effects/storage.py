@@ -14,7 +14,6 @@ class Storage(BalanceEffect):
 
     kind = "number"
     family = "storage"
-    complexity = 3.0
 
     def law(self, at: Site) -> Law:
         grid = geometric(4.0 * at.period, _SLOW * at.duration, 6)

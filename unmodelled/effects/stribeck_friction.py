@@ -11,7 +11,6 @@ class StribeckFriction(PortEffect):
 
     kind = "dry friction"
     family = "stribeck_friction"
-    complexity = 3.0
     needs = ("velocity",)
     power = "lost"
 

@@ -15,7 +15,6 @@ class TorqueRipple(PortEffect):
 
     kind = "load"
     family = "torque_ripple"
-    complexity = 3.0
     needs = ("position",)
     power = "stored"
 
@@ -30,7 +29,6 @@ class TorqueRippleWithOvertones(TorqueRipple):
     """Sine wave over position with its second and third harmonic."""
 
     variant = "with_overtones"
-    complexity = 6.0
 
     def law(self, at: Site) -> Law:
         grid = waves(at, _MOST // 3, whole=True)
@@ -52,7 +50,6 @@ class TorqueRippleOncePerTurn(GravityLoad):
 
     family = "torque_ripple"
     variant = "once_per_turn"
-    complexity = 2.2
 
     def law(self, at: Site) -> Law:
         amplitudes = {"A_s": signed("sin(x)", at.effort), "A_c": signed("cos(x)", at.effort)}

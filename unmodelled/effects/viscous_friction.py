@@ -11,7 +11,6 @@ class ViscousFriction(PortEffect):
 
     kind = "damping"
     family = "viscous_friction"
-    complexity = 1.0
     needs = ("velocity",)
     power = "lost"
 
@@ -26,7 +25,6 @@ class ShearThinning(ViscousFriction):
     """
 
     variant = "shear_thinning"
-    complexity = 1.8
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -40,7 +38,6 @@ class ViscousFrictionByDirection(ViscousFriction):
     """Friction proportional to speed, with another coefficient in each direction."""
 
     variant = "by_direction"
-    complexity = 2.5
 
     def law(self, at: Site) -> Law:
         scale = at.effort / at["v"].rms

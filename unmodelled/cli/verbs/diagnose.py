@@ -18,7 +18,6 @@ def diagnose(
     seed: int = 0,
     laws: Path | None = None,
     options: Mapping[str, float] | None = None,
-    by: str = "evidence",
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
@@ -29,23 +28,22 @@ def diagnose(
     can be simulated. A system file that has impossible numbers or follows whole held-out runs worse than the
     given one is not written, and the answer says why. Into a new folder the answer is written first, an older
     one is replaced in the end; if a figure cannot be drawn, a note in the answer says so. If a fault of the
-    logs, such as a wrong unit or sign, explains most of the gap, the verdict is check_logs and no effect is
-    searched.
+    logs, such as a wrong unit or sign, explains most of the gap, the verdict is check_logs and no law is
+    compared.
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.
-        logs: folder of the measured experiments, of which some are held out to assess the models; a record
-            that is alone is cut into several.
+        logs: folder of the measured experiments, of which each is left out once to assess the models; a
+            record that is alone is cut into several.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         horizon, seed, laws: see `unmodelled.api.diagnosis.diagnose`.
         options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
             defaults, which are measured.
-        by: way of diagnosis, `evidence` or `search`, see `unmodelled.api.diagnosis.diagnose`.
 
     Raises:
-        BadInput: when the system file, the logs, the horizon, the seed, a law, an option or the way of
-            diagnosis cannot be used.
+        BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot
+            be used.
     """
-    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, by=by)
+    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

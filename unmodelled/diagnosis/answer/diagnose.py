@@ -15,27 +15,24 @@ from tempfile import TemporaryDirectory
 from unmodelled.base.errors import BadInput
 from unmodelled.base.extras import missing
 from unmodelled.base.progress import say
-from unmodelled.diagnosis.answer.assembled import misread
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.guesses import resting_on_guesses
 from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
-from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
+from unmodelled.diagnosis.answer.misread import misread
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
-from unmodelled.diagnosis.answer.searched import diagnose_by_search
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
-from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options, check_by
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis, LogFault
 from unmodelled.diagnosis.data.robot_numbers import with_robot_numbers
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.diagnosis.faults.duplicates import different
+from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.faults.outside_forces import outside_forces
 from unmodelled.diagnosis.fitting.checks import check, check_laws, check_seed, check_windows
 from unmodelled.diagnosis.gates.refusal import Refusal, given_file
 from unmodelled.diagnosis.gates.system_file import reason_against_system
-from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import where
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import without_own_laws
@@ -53,20 +50,17 @@ def findings(
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
-    by: str = "evidence",
 ) -> Findings:
     """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.
     check_seed(seed)
-    check_by(by)
     logs = several(system, logs)
     horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
 
     # 2. A column that is computed from another one measures nothing; a unit, a sign or a clock that is wrong
     #    would be explained by physics.
-    limits = options.thresholds
-    system, logs, faults = without_copies(system, logs, horizon, limits)
+    system, logs, faults = without_copies(system, logs, horizon, options)
     faulty = any(fault.decides for fault in faults)
     if not faulty:
         check_windows(system, logs, horizon)
@@ -75,11 +69,11 @@ def findings(
     # 3. to 5. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = diagnose_gap(system, logs, horizon, seed, threads, say, faults, limits, laws, by)
+    found = diagnose_gap(system, logs, horizon, seed, threads, say, faults, options, laws)
 
     # 6. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told; beside a model that is right, they are a remark.
-    place = where(found, limits)
+    place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False, laws=tuple(laws), options=options)
     alarm = found.verdict != "no_gap"
@@ -108,19 +102,16 @@ def diagnose_gap(
     workers: int = 2,
     progress: Callable[[str], None] = lambda _: None,
     faults: tuple[LogFault, ...] | None = None,
-    thresholds: Thresholds = DEFAULT_THRESHOLDS,
+    options: Options = DEFAULT_OPTIONS,
     laws: Sequence[Effect] = (),
-    by: str = "evidence",
 ) -> Diagnosis:
     """Find the effects that explain the gap between a system and measured experiments (horizon in s)."""
     if faults is None:
-        system, logs, faults = without_copies(system, logs, horizon, thresholds)
+        system, logs, faults = without_copies(system, logs, horizon, options)
     if any(fault.decides for fault in faults):
-        return misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
-    study = Study(system, different(logs), horizon, (), thresholds, seed, tuple(laws))
-    if by == "evidence":
-        return diagnose_by_evidence(study, workers, progress, faults)
-    return with_moved_lags(diagnose_by_search(study, workers, progress, faults))
+        return misread(Study(system, logs, horizon, tuple(range(len(logs))), options), seed, faults)
+    study = Study(system, different(logs), horizon, (), options, seed, tuple(laws))
+    return diagnose_by_evidence(study, workers, progress, faults)
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:

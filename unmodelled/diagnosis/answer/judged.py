@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
-from unmodelled.diagnosis.answer.judged_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
-from unmodelled.diagnosis.search.input_hold import begun
-from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.where.opposite import (
+from unmodelled.diagnosis.judge.known_physics import known_physics
+from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
+from unmodelled.diagnosis.judge.network import fit_network
+from unmodelled.effects.ports_between import (
     MOST_BETWEEN,
     comparable_ports,
     with_named_ports,
@@ -35,20 +35,26 @@ def diagnose_by_evidence(
     # 3. The known physics, with a port between ports of one kind: laws between two bodies are compared like
     #    all others. What any law explains beside the measurement chain is told by its evidence.
     larger = replace(given, system=_with_ports_between(system))
-    search = begun(larger, workers, progress)
-    found = judge(search.study, search.base, progress)
+    begun = known_physics(larger, progress)
+    found = judge(begun.study, begun.fitted, workers, progress)
 
     # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
     #    experiments that were left out of the fit, each once.
+    #    A law with which the model follows the experiments no better than without is not named.
     progress("fit the models without the parts of the chain that do not pay")
-    study = replace(search.study, system=_with_used_ports(system, found))
     every = replace(given, held_out=tuple(range(len(logs))))
-    models = _models(found, study.system, every)
+    models = _models(found, _with_used_ports(system, found), every)
+    if models.laws < len(found.laws):
+        found = found.until(models.laws)
+        models = _models(found, _with_used_ports(system, found), every)
+    study = replace(begun.study, system=_with_used_ports(system, found))
 
     # 5. A network in every port of the known physics is the reference where something is left.
     if found.verdict in ("main_effect", "unknown"):
         progress("fit a network in every port")
-        models = replace(models, neural=_network(fit_network(search.base, search.few, given.seed), every))
+        models = replace(
+            models, neural=_network(fit_network(found.looks[0].parent.base.physics, given.seed), every)
+        )
     between = tuple(name for name in study.system.port_names if name not in system.port_names)
     return assembled(Answered(study, found, models, between), tuple(faults))
 
@@ -79,7 +85,9 @@ def _models(found: Judgement, system: System, every: Study) -> Models:
     if chain and not laws:
         chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
-    return Models(known_model(every), tuple(one.model for one in steps), augmented, chained, augmented.model)
+    laws_that_follow = min(range(len(steps)), key=lambda k: steps[k].followed)
+    known, labelled = known_model(every), tuple(one.model for one in steps)
+    return Models(known, labelled, augmented, chained, augmented.model, laws_that_follow)
 
 
 def _network(fitted: FittedHypothesis, every: Study) -> JudgedModel:

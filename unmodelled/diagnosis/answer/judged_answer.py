@@ -9,8 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from unmodelled.diagnosis.answer.chain_sentences import most_alike, small_gap
-from unmodelled.diagnosis.answer.judged_fits import LastFit
-from unmodelled.diagnosis.answer.judged_numbers import Numbers
 from unmodelled.diagnosis.answer.judged_tables import (
     chain_parts,
     chance_of_nothing,
@@ -32,13 +30,14 @@ from unmodelled.diagnosis.data.result import (
     Remainder,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE
-from unmodelled.diagnosis.decide.undetermined import remarks
-from unmodelled.diagnosis.decide.usual_mistakes import usual_mistake
-from unmodelled.diagnosis.fitting.left_out import LeftOut
+from unmodelled.diagnosis.doubts.confidence import HIGHEST_CONFIDENCE
+from unmodelled.diagnosis.doubts.numbers import Numbers
+from unmodelled.diagnosis.doubts.undetermined import remarks
+from unmodelled.diagnosis.doubts.usual_mistakes import usual_mistake
 from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import best_class
 from unmodelled.diagnosis.judge.judgement import Judgement
+from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.effects.added import Added
 
 
@@ -46,14 +45,16 @@ from unmodelled.effects.added import Added
 class Leaving:
     """A model that leaves."""
 
-    model: JudgedModel
+    model: JudgedModel  # its gap is that of experiments left out
     last: LastFit
+    followed: float  # gap of the experiments that it was fitted to
 
     @classmethod
     def of(cls, label: str, fits: Iterable[LastFit], every: Study) -> Leaving:
         """Return the fit with the smallest gap of experiments left out."""
-        judged = [cls(fit.judged(label, every), fit) for fit in fits]
-        return min(judged, key=lambda one: one.model.gap.value)
+        judged = [(fit, fit.judged(label, every)) for fit in fits]
+        each = (cls(fit.left_out_of(model), fit, model.gap.value) for fit, model in judged)
+        return min(each, key=lambda one: one.model.gap.value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +66,7 @@ class Models:
     augmented: Leaving
     chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
     neural: JudgedModel  # with a network in every port; `augmented` where nothing is left
+    laws: int  # how many laws the model has that follows the experiments best
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,11 +88,11 @@ class Answered:
         """Return remarks on numbers that leave, but for those of the measurement chain."""
         fitted = self.models.augmented.last.fitted
         chain = {name for part in chain_of(fitted.hypothesis) for name in part.units}
-        return tuple(r for r in remarks(LeftOut.of(fitted)) if not chain.intersection(r.numbers))
+        return tuple(r for r in remarks(self.numbers) if not chain.intersection(r.numbers))
 
     def estimate(self, name: str, unit: str, known: float) -> Estimate:
         """Return a number with its interval and the kinds of the remarks on it."""
-        found = self.numbers.estimate(name, unit, known, self.study.thresholds.level)
+        found = self.numbers.estimate(name, unit, known, self.study.options.level)
         kinds = dict.fromkeys(doubt.kind for doubt in self.doubts if name in doubt.numbers)
         return replace(found, remarks=tuple(kinds))
 
@@ -150,11 +152,11 @@ def _probability(found: Judgement, k: int) -> float:
 
 def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
     """Effects with their shares of the gap, the largest first."""
-    found, steps, limits = answered.found, answered.models.steps, answered.study.thresholds
+    found, steps, most = answered.found, answered.models.steps, answered.study.options.most_equal
     squares, floor = np.array([step.gap.value**2 for step in steps]), steps[-1].gap.floor
     effects, logs = [], answered.models.augmented.model.logs
     for k, (one, law) in enumerate(zip(found.laws, answered.laws, strict=True)):
-        many, own = 1 + limits.most_equal, law.per_experiment
+        many, own = 1 + most, law.per_experiment
         shared = [n for n in law.reported if n not in own]
         effects.append(
             DiagnosedEffect(

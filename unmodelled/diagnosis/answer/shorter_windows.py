@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from unmodelled.diagnosis.data.result import Diagnosis
-from unmodelled.diagnosis.decide.confidence import MOST
+from unmodelled.diagnosis.doubts.confidence import MOST
 
 #: The advised horizon: a sixth of that of the answer, if that has so many samples at least.
 SHORTER, FEWEST = 6.0, 8

@@ -1,1 +1,1 @@
-"""Inputs of a diagnosis (recordings, sensors, thresholds), and its result."""
+"""Inputs of a diagnosis (recordings, sensors, options), and its result."""

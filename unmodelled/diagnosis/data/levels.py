@@ -8,15 +8,14 @@ import numpy as np
 import pandas as pd
 
 from unmodelled.base.arrays import Indices
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 
+#: Fewest experiments of a level at which laws are tried.
+FEWEST_PER_LEVEL = 2
 #: Largest number of levels of a factor, each of which has candidates of its own (a budget).
 MOST_LEVELS = 8
 
 
-def levels(
-    experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> Iterator[tuple[str, float | str, Indices]]:
+def levels(experiments: pd.DataFrame) -> Iterator[tuple[str, float | str, Indices]]:
     """Yield factor, level and rows (members,) of the levels that some, but not all, experiments have."""
     for factor in experiments.columns:
         values = experiments[factor]
@@ -24,5 +23,5 @@ def levels(
             continue
         for level in sorted(values.unique()):
             members = np.flatnonzero((values == level).to_numpy())
-            if thresholds.fewest_per_level <= len(members) < len(experiments):
+            if FEWEST_PER_LEVEL <= len(members) < len(experiments):
                 yield str(factor), level if isinstance(level, str) else float(level), members

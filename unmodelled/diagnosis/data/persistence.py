@@ -8,18 +8,21 @@ from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.logs.logs import Logs
 
+#: Error of persistence at the default horizon, in standard deviations within a run.
+HORIZON_ERROR = 1.0
+#: Fewest samples of the default horizon.
+FEWEST_SAMPLES = 25
+#: Longest default horizon, as a share of the shortest usual experiment: three windows in each.
+LONGEST_SHARE = 1.0 / 3.0
 #: Largest number of predictions per candidate horizon (a budget of time), and ratio of candidate horizons.
 STARTS, RATIO = 2000, 1.03
 #: Significant digits of a default horizon in seconds, before it is rounded to a whole number of samples.
 HORIZON_DIGITS = 2
 
 
-def default_horizon(
-    logs: Logs, sensors: Sensors | None = None, thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> float:
+def default_horizon(logs: Logs, sensors: Sensors | None = None) -> float:
     """Return the shortest horizon at which persistence errs by one standard deviation.
 
     Within a shorter horizon, a prediction without a model is nearly as good as a true model. The error is the
@@ -30,12 +33,12 @@ def default_horizon(
     not counting short parts, see `Logs.usual_length`; the latter limit is the stronger one. Experiments that
     are shorter than the horizon are simulated as a whole.
     """
-    longest = max(1, int(thresholds.longest_horizon_share * logs.usual_length))
-    fewest = min(thresholds.fewest_horizon_samples, longest)
+    longest = max(1, int(LONGEST_SHARE * logs.usual_length))
+    fewest = min(FEWEST_SAMPLES, longest)
     count = 2 + int(np.log(longest / fewest) / np.log(RATIO))
     candidates = np.unique(np.geomspace(fewest, longest, count).round().astype(np.int64))
     errors = _errors_after(candidates, logs, sensors or Sensors(logs))
-    large = np.flatnonzero(errors >= thresholds.horizon_error)
+    large = np.flatnonzero(errors >= HORIZON_ERROR)
     steps = int(candidates[large[0]]) if len(large) else longest
     seconds = float(f"{steps * logs.period:.{HORIZON_DIGITS}g}")
     steps = min(max(round(seconds / logs.period), fewest), longest)

@@ -9,15 +9,22 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from unmodelled.diagnosis.data.input_pace import straight_pace
+from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.replaced_inputs import straight_pace
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
+
+#: Share of the experiments that `Study.of` holds out, at least one experiment.
+HELD_OUT_SHARE = 0.25
+#: Longest additional sensor delay that is tried, samples.
+LONGEST_DELAY = 64
+#: The same in short experiments, as a share of the shortest usual one.
+LONGEST_DELAY_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +35,7 @@ class Study:
     logs: Logs  # of all experiments
     horizon: float  # length of the free-run windows, s
     held_out: tuple[int, ...]  # numbers of the experiments that take no part in fitting or choosing
-    thresholds: Thresholds = DEFAULT_THRESHOLDS
+    options: Options = DEFAULT_OPTIONS
     seed: int = 0  # of the random numbers of models
     laws: tuple[Effect, ...] = ()  # tried beside those of the library
 
@@ -39,12 +46,12 @@ class Study:
         logs: Logs,
         horizon: float,
         seed: int,
-        thresholds: Thresholds = DEFAULT_THRESHOLDS,
+        options: Options = DEFAULT_OPTIONS,
         laws: Sequence[Effect] = (),
     ) -> Study:
         """Return a study that holds out experiments at random, so that the others still have every level."""
-        held = held_out(logs.experiments, seed, thresholds)
-        return cls(system, logs, horizon, held, thresholds, seed, tuple(laws))
+        held = held_out(logs.experiments, seed)
+        return cls(system, logs, horizon, held, options, seed, tuple(laws))
 
     @property
     def learned(self) -> tuple[int, ...]:
@@ -56,11 +63,9 @@ class Study:
         """Return the longest delay of an output, s: known delays and those that candidates may add."""
         known = max((output.delay for output in self.system.outputs), default=0.0)
         shortest, usual = int(np.diff(self.logs.offsets).min()), self.logs.usual_length
-        share, late = self.thresholds.longest_delay_share, known / self.logs.period
+        share, late = LONGEST_DELAY_SHARE, known / self.logs.period
         # half of a short experiment stays for its windows
-        longest = min(
-            self.thresholds.longest_delay, int(share * (usual - late)), int(0.5 * (shortest - late))
-        )
+        longest = min(LONGEST_DELAY, int(share * (usual - late)), int(0.5 * (shortest - late)))
         return known + self.logs.period * longest
 
     @cached_property
@@ -87,16 +92,14 @@ class Study:
         return Scales.measured(self.system, own.period, own.offsets, own.t, own.x, own.u, own.c)
 
 
-def held_out(
-    experiments: pd.DataFrame, seed: int, thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> tuple[int, ...]:
+def held_out(experiments: pd.DataFrame, seed: int) -> tuple[int, ...]:
     """Draw held-out experiments; a level of a factor keeps an experiment where that is possible.
 
     The largest share of a level is left for learning in turn: also of a small level, such as the few
     experiments with a load, one is held out and judges what only they have.
     """
     count = len(experiments)
-    many = max(1, round(thresholds.held_out_share * count))
+    many = max(1, round(HELD_OUT_SHARE * count))
     factors = [name for name in experiments.columns if name not in ("id", "file")]
     whole = {name: experiments[name].value_counts().to_dict() for name in factors}
     remaining = {name: dict(counts) for name, counts in whole.items()}

@@ -12,8 +12,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
-from unmodelled.diagnosis.fitting.deviation import substeps_needed
-from unmodelled.diagnosis.fitting.fit import OF_ERROR, ParameterFit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -22,8 +21,14 @@ from unmodelled.effects.added import Added
 from unmodelled.effects.columns import extended
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.place import Place
-from unmodelled.effects.place_groups import FEWEST, place_groups
 from unmodelled.systems.model import System
+
+#: Time by which an input may act before or after its logged time without being called delayed, in sampling
+#: periods: half a sample of zero-order hold, and a tenth for the fit.
+INPUT_TIMING = 0.6
+#: Distance from a bound up to which a fitted number is at it, as a share of the bound or of its plausible
+#: size.
+AT_BOUND_SHARE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,75 +96,10 @@ class Hypothesis:
         last = replace(last, priors=priors, bounds=bounds, usual=added.usual)
         return replace(found, effects=(*others, last))
 
-    def without(self, gone: Added) -> Hypothesis:
-        """Return the hypothesis without one of its effects."""
-        found = Hypothesis.known(self.study)
-        for added, law in zip(self.effects, self.laws, strict=True):
-            if added is not gone:
-                found = found.plus(law, added.place)
-        return found
-
-    @property
-    def removable(self) -> tuple[Added, ...]:
-        """Return the effects that no other effect must stand beside."""
-        needed: set[object] = set()
-        for own, law in zip(self.effects, self.laws, strict=True):
-            others = [e.key for e in self.effects if e.place == own.place and e.family in law.beside]
-            needed |= set(others) if len(others) == 1 else set()
-        return tuple(e for e in self.effects if e.key not in needed)
-
-    def __str__(self) -> str:
-        effects = (
-            f"{group[0].family} at {', '.join(e.place.channel for e in group)}" for group in self.together
-        )
-        return " and ".join(["the known physics", *effects])
-
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
         """Return family, variant and place of every effect."""
         return frozenset(e.key for e in self.effects)
-
-    @cached_property
-    def together(self) -> tuple[tuple[Added, ...], ...]:
-        """Return the effects; a law at many places of one kind is together, see `place_groups`."""
-        group_of = {place: group for group in place_groups(self.study.system) for place in group}
-        found: dict[object, list[Added]] = {}
-        for e in self.effects:
-            alike = group_of.get(e.place) if e.place.kind != "sensor" or e.memory or e.delays else None
-            found.setdefault(e.key if alike is None else (e.family, e.variant, alike), []).append(e)
-        parts: list[tuple[Added, ...]] = []
-        for each in found.values():
-            parts += [tuple(each)] if len(each) >= FEWEST.get(each[0].place.kind, 1) else [(e,) for e in each]
-        return tuple(parts)
-
-    @cached_property
-    def units(self) -> tuple[tuple[Added, ...], ...]:
-        """Return what must pay: every effect, and lags of all sensors of one unit, which are one filter."""
-        return tuple(
-            unit
-            for group in self.together
-            for unit in ([group] if group[0].place.kind == "sensor" else [(e,) for e in group])
-        )
-
-    @property
-    def complexity(self) -> float:
-        """Return the complexity: the sum over the effects."""
-        each = zip(self.effects, self.laws, strict=True)
-        return sum(self._complexity_of(law, added.place) for added, law in each)
-
-    @property
-    def numbers(self) -> int:
-        """Return how many numbers of its effects are fitted, in all training experiments together."""
-        unknowns = [u for e in self.effects for u in self._of(e)]
-        return sum(len(self.study.learned) if u.own else 1 for u in unknowns)
-
-    def _complexity_of(self, law: Effect, place: Place) -> float:
-        """Complexity at a place: more in some experiments only, unless that is what the law says."""
-        known = {p.name for p in self.study.system.parameters if not p.identify}
-        parameter = place.kind == "parameter" and place.name in known
-        limits = self.study.thresholds
-        local = limits.local_complexity * (place.factor is not None and not law.at_levels)
-        return law.complexity + local + limits.known_parameter_complexity * parameter
 
     @cached_property
     def c(self) -> Array:
@@ -197,7 +137,7 @@ class Hypothesis:
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
         """Return the numbers to fit: uncertain parameters, timing, and numbers of the effects."""
-        share = self.study.thresholds.input_timing
+        share = INPUT_TIMING
         physics = [Unknown.of(p) for p in self.study.system.parameters if p.identify]
         periods = {name: self.study.input_periods[item] for name, item in self.timing.items()}
         timing = [Unknown(name, -share * p, share * p, p) for name, p in periods.items()]
@@ -244,23 +184,12 @@ class FittedHypothesis:
         found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, share)
         return cls(hypothesis, recording, found)
 
-    @property
-    def steps_needed(self) -> int:
-        """Return the integration steps per sample whose error is small beside that of the fit."""
-        simulation = self.hypothesis.simulation(self.recording)
-        return substeps_needed(simulation, self.fit.numbers, of_error=OF_ERROR)[0]
-
-    @property
-    def is_own(self) -> bool:
-        """Return whether an effect has numbers of single experiments."""
-        return any(effect.per_experiment for effect in self.hypothesis.effects)
-
     def at_bound(self, name: str) -> bool:
         """Return whether a fitted number ended at one of its bounds."""
         unknown = {u.name: u for u in self.hypothesis.unknowns}.get(name)
         if unknown is None or unknown.own:
             return False
-        share = self.hypothesis.study.thresholds.at_bound_share
+        share = AT_BOUND_SHARE
         return unknown.bound(self.fit.values[name], share) is not None
 
     @cached_property

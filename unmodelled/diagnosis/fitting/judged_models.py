@@ -32,12 +32,6 @@ def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
     return JudgedModel(label, system, logs, held_out_gap(system, logs, fitted.hypothesis.study))
 
 
-def gap_of_all_runs(fitted: FittedHypothesis) -> Gap:
-    """Return the gap of a hypothesis on all experiments, with its fitted numbers."""
-    study = fitted.hypothesis.study
-    return free_runs(*_numbered(fitted), study.horizon, None, study.sensors)
-
-
 def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
     """Return the gap of `system` on the held-out experiments of `study`."""
     return free_runs(system, logs, study.horizon, study.held_out, study.sensors)

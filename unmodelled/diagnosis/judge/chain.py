@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import INPUT_TIMING, FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
@@ -57,7 +57,7 @@ def as_chain(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
     study, bounds = hypothesis.study, dict(last.bounds)
     for name, place in last.delays.items():
         if place.kind == "actuator":
-            early = study.thresholds.input_timing * study.input_periods[place.name]
+            early = INPUT_TIMING * study.input_periods[place.name]
             bounds[name] = -early, bounds[name][1]
     last = replace(last, usual=True, bounds=bounds)
     return with_priors(replace(hypothesis, effects=(*others, last)), priors)
@@ -122,9 +122,3 @@ def unusual_parts(fitted: FittedHypothesis, tau: float) -> list[Key]:
         if abs(total) > UNUSUAL * float(np.sqrt(sum(size**2 for *_, size in own))):
             return [max(own, key=lambda one: abs(values[one[1]]))[0]]
     return []
-
-
-def chain_numbers(hypothesis: Hypothesis, values: Mapping[str, float]) -> dict[str, float]:
-    """Return the fitted numbers of the chain that all experiments share, SI."""
-    names = (n for e in chain_of(hypothesis) for n in (*e.delays, *e.amplitudes, *e.shapes))
-    return {name: values[name] for name in names if name in values}

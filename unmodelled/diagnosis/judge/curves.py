@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.columns.columns import Atom
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.scan import Row, row_of
 from unmodelled.effects.effect import LawEffect
@@ -25,7 +25,6 @@ class _FreeCurve(LawEffect):
 
     kind = "curve"
     family = "free_curve"
-    complexity = 5.0
 
     def __init__(self, local: str, knots: Sequence[float]) -> None:
         self._local, self._knots, self.variant = local, tuple(knots), local
@@ -53,7 +52,7 @@ def free_curves(parent: Parent) -> Iterator[Refit]:
             continue
         at = site(hypothesis.study.system, added.place, hypothesis.study.scales)
         for local in _arguments(effect.law(at), at):
-            row = _curve(parent, local, added.place)
+            row = _curve(parent, local, added.place.everywhere)
             if row is not None:
                 yield from _fitted(parent, row)
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.columns.columns import Columns
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.weights import Weights
 

@@ -8,7 +8,7 @@ from math import comb
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.columns.columns import Atom
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.scan import Row, removed

@@ -11,7 +11,7 @@ from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import Base, bases
-from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
+from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
@@ -41,9 +41,9 @@ class Look:
         return self.parent.base.matters(self.parent.residual)
 
     def first(self, matters: bool) -> LawClass | None:
-        """Return the class that is named; where no gap `matters`, only if it removes nearly all of it."""
+        """Return the class that is named; where no gap `matters`, only if it is the main part of it."""
         found = best_class(self.refits)
-        if found is None or matters or found.speaker.removed >= NEARLY_ALL:
+        if found is None or matters or found.speaker.removed >= MAIN:
             return found
         return None
 
@@ -64,18 +64,27 @@ class Judgement:
         """Return the look at the length that decides."""
         return self.rounds[0]
 
+    def until(self, count: int) -> Judgement:
+        """Return the judgement with its first laws alone; without any, the first one is the most alike."""
+        if count == 0:
+            look, first = self.look, self.laws[0]
+            return Judgement("unknown", (), self.looks, (look,), look.parent, first)
+        laws, rounds = self.laws[:count], self.rounds[:count]
+        return Judgement("main_effect", laws, self.looks, rounds, self.rounds[count].parent)
 
-def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> Judgement:
+
+def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[str], None]) -> Judgement:
     """Name the laws that a model leaves out.
 
     The study has the default horizon, `begun` is a fit of the known physics; `say` takes a line at each step.
+    Laws are refitted in as many threads as there are `workers`.
     """
     # 1. The known physics with its measurement chain, over windows of the default horizon and of four times
     #    it. At each length every law is ranked by one linear step, and the best are refitted.
     looks, carried = list[Look](), Carried()
     for base in bases(study, begun):
         say(f"compare laws over windows of {base.horizon:.3g} s")
-        looks.append(_look(base, carried))
+        looks.append(_look(base, carried, workers))
 
     # 2. The longest windows decide; where no law stands over them, shorter ones. A gap that matters over
     #    windows of one length is one.
@@ -88,7 +97,7 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     # 3. A further law must explain more than a free curve in the arguments of the laws so far.
     while laws and len(laws) < LAWS:
         say("look for a further law")
-        look, further = _further(parent, laws)
+        look, further = _further(parent, laws, workers)
         if further is None:
             break
         laws.append(further)
@@ -109,11 +118,11 @@ def judge(study: Study, begun: FittedHypothesis, say: Callable[[str], None]) -> 
     return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
 
 
-def _look(base: Base, carried: Carried) -> Look:
+def _look(base: Base, carried: Carried, workers: int) -> Look:
     """Evidence of laws around a base, and around the better one that a law leads to, if there is one."""
     while True:
         parent = Parent.of(base)
-        found = refits(parent, scan(parent.around), carried)
+        found = refits(parent, scan(parent.around), workers, carried)
         best = max(found, key=lambda one: one.nats, default=None)
         better = base.restarted(best.fitted.fit.every) if best is not None and stands(best) else None
         if better is None:
@@ -121,7 +130,7 @@ def _look(base: Base, carried: Carried) -> Look:
         base = better
 
 
-def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass | None]:
+def _further(parent: Parent, laws: Sequence[LawClass], workers: int) -> tuple[Look, LawClass | None]:
     """Further laws beside a fit with laws, and the class that is named, or None.
 
     The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
@@ -131,7 +140,7 @@ def _further(parent: Parent, laws: Sequence[LawClass]) -> tuple[Look, LawClass |
     families = {law.speaker.row.atom.effect.family for law in laws}
     rows = [row for row in scan(parent.around) if row.nats >= BAR]
     rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
-    found = refits(parent, rows)
+    found = refits(parent, rows, workers)
     look = Look(parent, tuple(found))
     if best_class(found) is None:
         return look, None

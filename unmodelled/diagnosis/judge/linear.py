@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.core.columns import Columns
-from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.columns.columns import Columns
+from unmodelled.diagnosis.columns.path import Path
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.elimination import SIGMAS, Elimination, Products, Reduced, newton_step
 from unmodelled.diagnosis.judge.weights import Weights

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from unmodelled.base.arrays import Array
+from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base
@@ -19,7 +20,6 @@ from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.diagnosis.judge.scan import Row
 from unmodelled.diagnosis.judge.weights import Weights
-from unmodelled.diagnosis.search.proposal import Proposal
 from unmodelled.effects.added import Added
 
 #: Laws of different kinds or places that are refitted at a length; at the place that wins so many of the
@@ -110,7 +110,7 @@ class Carried:
         return [max(each, key=lambda row: row.nats) for each in own if each]
 
 
-def refits(parent: Parent, rows: Sequence[Row], carried: Carried | None = None) -> list[Refit]:
+def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried | None = None) -> list[Refit]:
     """Refit the best paying law of every kind and place, those of shorter windows, and some where one wins.
 
     The place is decided first, the form after it: the best laws of a linear step are often forms of one law.
@@ -122,23 +122,26 @@ def refits(parent: Parent, rows: Sequence[Row], carried: Carried | None = None) 
     wanted = list(several.values())[:REFITS]
     known = {row.key for row in wanted}
     wanted += [row for row in carried.among(rows) if row.key not in known] if carried else []
-    found = _fitted(parent, wanted, carried)
+    found = _fitted(parent, wanted, workers, carried)
     if found:
         winner, known = max(found, key=lambda one: one.nats).row, {one.row.key for one in found}
         others = [row for row in rows if row.place == winner.place and row.key not in known]
         plainest = sorted(others, key=lambda row: (row.atom.numbers, -row.nats))[:SIBLINGS]
         best = sorted(others, key=lambda row: -row.nats)[:SIBLINGS]
-        found += _fitted(parent, list({row.key: row for row in (*plainest, *best)}.values()), carried)
+        found += _fitted(
+            parent, list({row.key: row for row in (*plainest, *best)}.values()), workers, carried
+        )
     if carried is not None:
         carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
         carried.nats = {one.row.key: one.nats for one in found}
     return found
 
 
-def _fitted(parent: Parent, rows: Sequence[Row], carried: Carried | None) -> list[Refit]:
+def _fitted(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried | None) -> list[Refit]:
     """Refit laws, without those that cannot be."""
     starts = carried.starts if carried else {}
-    every = (refit(parent, row, starts.get(row.key)) for row in rows)
+    with threads_of(workers) as pool:
+        every = list(pool.map(lambda row: refit(parent, row, starts.get(row.key)), rows))
     return [one for one in every if one is not None]
 
 
@@ -152,22 +155,37 @@ def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | Non
 
 
 def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
-    base, proposal = parent.base, Proposal(parent.fitted, (row.atom,), (row.amount,))
-    if not proposal.is_possible:
+    base, known = parent.base, parent.fitted.hypothesis
+    if row.atom.place.everywhere not in known.places(row.atom.effect):
         return None
-    linear: Start = dict(proposal.starts[0])
-    fitted = base.fit(_with_priors(proposal.hypothesis, base.tau), {**linear, **(carried or {})})
+    larger = known.plus(row.atom.effect, row.atom.place)
+    start = {**parent.fitted.fit.every, **_linear(larger, row), **(carried or {})}
+    fitted = base.fit(_with_priors(larger, base.tau), start)
     residual = Residual.of(fitted)
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))
     nats = around.evidence - parent.around.evidence - price
     # of size zero it leaves what its parent leaves: a fit that leaves more at a larger loss went astray
     more = float(np.mean(residual.square / parent.residual.square)) > 1.0
-    failed = not np.isfinite(nats) or (more and fitted.fit.loss > parent.fitted.fit.loss)
+    failed = not np.isfinite(nats) or (more and not fitted.fit.loss <= parent.fitted.fit.loss)
+    failed |= residual.diverged > parent.residual.diverged
     removed: Array = (parent.around.squares - around.squares) / parent.square
     own = -np.inf if failed else nats
     scores, share = LeftOutRuns.of(around), float(removed.max())
     return Refit(row, fitted, residual, scores, own, price, around.squares, share)
+
+
+def _linear(larger: Hypothesis, row: Row) -> dict[str, float]:
+    """Numbers of a law, SI, from its shape and the amounts of a linear step."""
+    atom, added = row.atom, next(e for e in larger.effects if e.key == row.atom.key)
+    if added.delays:
+        (name,) = added.delays
+        return {name: float(np.clip(row.amount[0] * atom.shape["delay"], *added.bounds[name]))}
+    found = dict(zip(added.shapes, atom.shape.values(), strict=True))
+    if not added.per_experiment:
+        amounts = zip(added.amplitudes, (row.amount * atom.scale).tolist(), strict=True)
+        found |= {name: amount for name, amount in amounts if name not in added.shares}
+    return found
 
 
 def _with_priors(hypothesis: Hypothesis, tau: float) -> Hypothesis:

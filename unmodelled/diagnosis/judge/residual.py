@@ -21,6 +21,7 @@ class Residual:
 
     square: Array  # mean squared residual, in squares of the sensor noise, (outputs,)
     tau: Array  # samples per independent one, (outputs,)
+    diverged: int  # samples without a value
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Residual:
@@ -34,7 +35,7 @@ class Residual:
         mean = np.array([square[..., j][counted[..., j]].mean() for j in every])
         use = counted & np.isfinite(e)
         tau = [correlation_time(np.nan_to_num(e[..., j]), use[..., j]) for j in every]
-        return cls(mean, np.array(tau))
+        return cls(mean, np.array(tau), int((counted & ~np.isfinite(e)).sum()))
 
 
 def correlation_time(r: Array, use: Mask) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.diagnosis.core.columns import Atom, at_level
+from unmodelled.diagnosis.columns.columns import Atom, at_level
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.judge.elimination import OPEN, SIGMAS, Reduced
 from unmodelled.diagnosis.judge.linear import Linearised
@@ -51,7 +51,7 @@ class Row:
 def scan(around: Linearised) -> list[Row]:
     """Return every law at every place around a fit with its best shape, also at levels of factors."""
     study, found = around.columns.path.hypothesis.study, list[Row]()
-    local = list(levels(study.logs.experiments.iloc[around.runs], study.thresholds))
+    local = list(levels(study.logs.experiments.iloc[around.runs]))
     for atoms, columns in around.columns.atoms():
         products, effect = around.products(columns), atoms[0].effect
         if not effect.at_levels:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Indices
-from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.columns.path import Path
 from unmodelled.diagnosis.judge.residual import correlation_time
 
 #: Samples that are compared: at least so many a window, at most so many in all, where there are more.

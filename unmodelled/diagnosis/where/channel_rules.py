@@ -11,6 +11,10 @@ from threadpoolctl import threadpool_limits
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.where.corrections import Corrections
 
+#: Share that a rule at a channel explains, at least [share of what is lacking].
+LEAST_RULE_SHARE = 0.02
+#: Share that a rule at a sensor must explain more than another rule [share of what is lacking].
+SENSOR_HANDICAP = 0.1
 #: Bins of the first coordinate, for either direction, and of the others.
 FINE_BINS, COARSE_BINS = 32, 16
 #: Times over which a place may remember, as shares of the longest experiment.
@@ -159,19 +163,17 @@ def _lowered(corrections: Corrections, gradient: Array) -> Array:
 
 def _ruled(corrections: Corrections, whole: float) -> tuple[Array, Array]:
     """Shares (places,) by which rules at the places lower the errors, and the remaining gradient."""
-    found, limits = np.zeros(len(corrections.places)), corrections.thresholds
-    handicap = [
-        limits.sensor_handicap * whole if place.kind == "sensor" else 0.0 for place in corrections.places
-    ]
+    found = np.zeros(len(corrections.places))
+    handicap = [SENSOR_HANDICAP * whole if place.kind == "sensor" else 0.0 for place in corrections.places]
     other = Rule.none(corrections).checked(corrections.gradient)
     gradient = other.gradient if other.lowered > 0.0 else corrections.gradient
     # parameters that differ from experiment to experiment do not help to judge one by the others
-    pinned = other.lowered < -limits.least_rule_share * whole
+    pinned = other.lowered < -LEAST_RULE_SHARE * whole
     rules = {k: Rule.at(corrections, k, pinned) for k in range(len(corrections.places))}
     while rules:
         checked = {k: rule.checked(gradient) for k, rule in rules.items()}
         best = max(checked, key=lambda k: checked[k].lowered - handicap[k])
-        if checked[best].lowered < limits.least_rule_share * whole:
+        if checked[best].lowered < LEAST_RULE_SHARE * whole:
             break
         found[best], gradient = checked[best].lowered / whole, checked[best].gradient
         del rules[best]

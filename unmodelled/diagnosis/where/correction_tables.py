@@ -13,7 +13,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_of
-from unmodelled.diagnosis.where.where import Where
+from unmodelled.diagnosis.where.where import SHOWN_CHANNEL_SHARE, Where
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -41,9 +41,7 @@ def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
     """Return the channels of the effects and those with a large share, or the first one if there are none."""
     model = diagnosis.reidentified
     effects = [channel_of(model, found.added.place) for found in diagnosis.effects]
-    large = [
-        row["port"] for row in where.channels if row["share"] >= where.lacking.thresholds.shown_channel_share
-    ]
+    large = [row["port"] for row in where.channels if row["share"] >= SHOWN_CHANNEL_SHARE]
     every = [place.channel for place in where.lacking.places]
     return [name for name in dict.fromkeys([*effects, *large]) if name in every] or every[:1]
 

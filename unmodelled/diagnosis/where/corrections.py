@@ -17,7 +17,6 @@ from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
@@ -33,6 +32,12 @@ from unmodelled.effects.sensor_offset import SensorOffset
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
+#: Mean square of a correction above which windows are long enough [noise variances].
+CLEAR_CORRECTION = 4.0
+#: Standard error of a correction up to which its window counts [median standard errors].
+BLIND_ERROR = 3.0
+#: Number of experiments that are independent parts; fewer are divided into stretches [experiments].
+ENOUGH_EXPERIMENTS = 4
 #: The shortest windows, in s and in samples.
 SHORTEST_WINDOW, FEWEST_SAMPLES = 0.01, 8
 #: Independent stretches, in all, into which few experiments are divided.
@@ -58,7 +63,6 @@ class Corrections:
     #: and then by the uncertain parameters, SI; the initial states are eliminated.
     curvature: Array  # second ones, (windows, n, n)
     gradient: Array  # first ones, (windows, n)
-    thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @classmethod
     def of(
@@ -66,7 +70,6 @@ class Corrections:
         model: JudgedModel,
         horizon: float,
         sensors: Sensors,
-        thresholds: Thresholds = DEFAULT_THRESHOLDS,
     ) -> Corrections:
         """Compute the corrections in windows as short as the noise permits."""
         logs, places = model.logs, channels(model.system)
@@ -76,7 +79,7 @@ class Corrections:
         while True:
             recording = Recording.of(logs, logs.period * samples, latest=latest, sensors=sensors)
             normal = _normal(system, unknowns, recording, model.gap.substeps)
-            found, samples = cls(model, recording, places, *normal, thresholds), 2 * samples
+            found, samples = cls(model, recording, places, *normal), 2 * samples
             if found.clear or logs.period * samples > horizon:
                 return found
 
@@ -106,15 +109,13 @@ class Corrections:
     def seen(self) -> Mask:
         """Return the mask of determined corrections, shape (windows, places)."""
         error = np.where(np.isfinite(self.error), self.error, np.inf)
-        return np.asarray(
-            (error <= self.thresholds.blind_error * np.median(error, axis=0)) & np.isfinite(error)
-        )
+        return np.asarray((error <= BLIND_ERROR * np.median(error, axis=0)) & np.isfinite(error))
 
     @property
     def group(self) -> Indices:
         """Return independent parts, shape (windows,): experiments, or stretches where they are few."""
         recording = self.recording
-        if len(recording.runs) >= self.thresholds.enough_experiments:
+        if len(recording.runs) >= ENOUGH_EXPERIMENTS:
             return recording.owner
         order = np.argsort(np.argsort(recording.start))
         return np.asarray(order * STRETCHES // len(order))
@@ -129,7 +130,7 @@ class Corrections:
         if not seen.any():
             return False
         noise = float(np.mean(self.error[seen, place] ** 2))
-        return float(np.mean(self.value[seen, place] ** 2)) > (1.0 + self.thresholds.clear_correction) * noise
+        return float(np.mean(self.value[seen, place] ** 2)) > (1.0 + CLEAR_CORRECTION) * noise
 
 
 def channels(system: System) -> tuple[Place, ...]:

@@ -9,19 +9,20 @@ import sympy as sp
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import symbol
 
+#: Likeness of a parameter's effect to that of an input's gain, at least [correlation].
+INPUT_LIKENESS = 0.999
+#: Likeness of a parameter's effect to that of a port's effort, at least [correlation].
+PORT_LIKENESS = 0.99
 #: Samples, at most, that the effect of a parameter is compared on.
 ENOUGH_SAMPLES = 4000
 _TINY = 1e-300
 
 
-def channel_shares(
-    diagnosis: Diagnosis, left: Mapping[str, float], thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> dict[str, float]:
+def channel_shares(diagnosis: Diagnosis, left: Mapping[str, float]) -> dict[str, float]:
     """Divide the squared gap of the re-identified model above the noise floor among the channels.
 
     The fall of the squared gap with each effect, on the held-out experiments, counts for the channel of the
@@ -32,7 +33,7 @@ def channel_shares(
     total = {name: share * max(last - floor, 0.0) for name, share in left.items()}
     for found in diagnosis.effects:  # the largest first, which may have been found later
         before, after = steps[found.step : found.step + 2]
-        name = channel_of(diagnosis.reidentified, found.added.place, thresholds)
+        name = channel_of(diagnosis.reidentified, found.added.place)
         drop = before.gap.value**2 - max(after.gap.value**2, floor)
         total[name] = total.get(name, 0.0) + max(drop, 0.0)
     whole = sum(total.values())
@@ -41,7 +42,7 @@ def channel_shares(
     return {name: value / whole for name, value in sorted(total.items(), key=lambda item: -item[1])}
 
 
-def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> str:
+def channel_of(model: JudgedModel, place: Place) -> str:
     """Return the channel of a place.
 
     A parameter acts through a channel if its change equals that of an input's gain, of an effort, or of one
@@ -54,10 +55,10 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
     moved = [o.name for o in model.system.outputs if o.expression.has(p)]
     if not any(f.has(p) for f in model.system.closed):
         return f"sensor:{moved[0]}" if len(moved) == 1 else place.channel
-    return _input_like(model, p, thresholds) or _port_like(model, p, thresholds) or place.channel
+    return _input_like(model, p) or _port_like(model, p) or place.channel
 
 
-def _input_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
+def _input_like(model: JudgedModel, p: sp.Symbol) -> str | None:
     """Return the channel of the input whose gain changes the dynamics like the parameter, or None."""
     system = model.system
     own = _along(model, [p * sp.diff(f, p) for f in system.closed])
@@ -65,12 +66,12 @@ def _input_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | N
         u = symbol(item.name)
         other = _along(model, [u * sp.diff(f, u) for f in system.closed])
         sizes = np.sqrt(float(np.sum(own**2) * np.sum(other**2)))
-        if abs(float(np.sum(own * other))) > limits.input_likeness * sizes > 0.0:
+        if abs(float(np.sum(own * other))) > INPUT_LIKENESS * sizes > 0.0:
             return f"actuator:{item.name}"
     return None
 
 
-def _port_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
+def _port_like(model: JudgedModel, p: sp.Symbol) -> str | None:
     """Return the port whose effort replaces the parameter; of several, the one whose motion it follows."""
     system, found = model.system, {}
     own = _along(model, [sp.diff(f, p) for f in system.closed])
@@ -79,7 +80,7 @@ def _port_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | No
         other = _along(model, slopes)
         sizes = np.sqrt(np.sum(own**2, axis=1) * np.sum(other**2, axis=1))
         along = np.sum(own * other, axis=1)
-        if not float(np.sum(np.abs(along))) > limits.port_likeness * float(np.sum(sizes)) > 0.0:
+        if not float(np.sum(np.abs(along))) > PORT_LIKENESS * float(np.sum(sizes)) > 0.0:
             continue
         effort = along / np.maximum(np.sum(other**2, axis=1), _TINY)
         motion = _along(model, [system.expression(name) for name in port.coordinates])

@@ -11,13 +11,21 @@ import pandas as pd
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.channel_rules import unexplained_shares
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.effect_channels import channel_shares
 from unmodelled.diagnosis.where.regions import regions
 from unmodelled.logs.preparation import prepare
+
+#: Share of a channel that has regions and figures, at least [share of the gap].
+SHOWN_CHANNEL_SHARE = 0.2
+#: Share of a channel that is listed, at least [share of the gap].
+LEAST_GAP_SHARE = 0.005
+#: Density of a level of a factor, at least [share of the gap per share of the samples].
+FACTOR_DENSITY = 1.3
+#: Probability of a level's share by chance, at most (permutation test) [probability].
+FACTOR_SIGNIFICANCE = 0.02
 
 Rows = tuple[dict[str, Any], ...]
 
@@ -38,21 +46,19 @@ class Where:
     every: ExperimentGaps
 
 
-def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> Where:
+def where(diagnosis: Diagnosis) -> Where:
     """Locate the gap; no channels, regions or factors where there is none or the logs must be checked."""
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
-    lacking = Corrections.of(physics, diagnosis.horizon, sensors, thresholds)
+    lacking = Corrections.of(physics, diagnosis.horizon, sensors)
     left = lacking
     if diagnosis.effects:
-        left = Corrections.of(diagnosis.augmented, diagnosis.horizon, sensors, thresholds)
+        left = Corrections.of(diagnosis.augmented, diagnosis.horizon, sensors)
     every, gap = ExperimentGaps.of(diagnosis, sensors), diagnosis.verdict not in ("no_gap", "check_logs")
-    remaining = unexplained_shares(left) if gap and _remains(diagnosis, thresholds) else {}
-    found = channel_shares(diagnosis, remaining, thresholds) if gap else {}
+    remaining = unexplained_shares(left) if gap and _remains(diagnosis) else {}
+    found = channel_shares(diagnosis, remaining) if gap else {}
     much = tuple(
-        name
-        for name, share in found.items()
-        if share >= min(thresholds.shown_channel_share, max(found.values()))
+        name for name, share in found.items() if share >= min(SHOWN_CHANNEL_SHARE, max(found.values()))
     )
     samples = np.diff(diagnosis.logs.offsets).astype(np.float64)
     columns = (*(c.name for c in diagnosis.system.operating_point), "group")
@@ -60,12 +66,10 @@ def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> 
     table = diagnosis.logs.experiments
     return Where(
         channels=tuple(
-            {"port": name, "share": share}
-            for name, share in found.items()
-            if share >= thresholds.least_gap_share
+            {"port": name, "share": share} for name, share in found.items() if share >= LEAST_GAP_SHARE
         ),
         regions=regions(lacking, much),
-        factors=factors(table, columns, excess, samples, diagnosis.seed, thresholds) if gap else (),
+        factors=factors(table, columns, excess, samples, diagnosis.seed) if gap else (),
         experiments=tuple(
             {"id": name, "known": float(known), "augmented": float(augmented)}
             for name, known, augmented in zip(diagnosis.logs.ids, every.known, every.augmented, strict=True)
@@ -76,13 +80,13 @@ def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> 
     )
 
 
-def _remains(diagnosis: Diagnosis, limits: Thresholds) -> bool:
+def _remains(diagnosis: Diagnosis) -> bool:
     """Whether the augmented model leaves enough of the gap to locate it."""
     before, after, floor = (
         value**2
         for value in (diagnosis.reidentified.gap.value, diagnosis.augmented.gap.value, diagnosis.floor)
     )
-    return after - floor > limits.least_gap_share * (before - floor)
+    return after - floor > LEAST_GAP_SHARE * (before - floor)
 
 
 def _physics(diagnosis: Diagnosis) -> JudgedModel:
@@ -119,7 +123,6 @@ def factors(
     excess: Array,
     samples: Array,
     seed: int,
-    thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> tuple[dict[str, Any], ...]:
     """Return levels whose share of `excess` (experiments,) is clearly larger than that of `samples`.
 
@@ -142,7 +145,7 @@ def factors(
             member = (experiments[name] == level).to_numpy()
             share = float(amount[member].sum()) / whole
             by_chance = float(np.mean(dealt[:, member].sum(1) / dealt.sum(1) >= share - 1e-12))
-            dense = share > thresholds.factor_density * float(samples[member].sum() / samples.sum())
-            if dense and by_chance < thresholds.factor_significance:
+            dense = share > FACTOR_DENSITY * float(samples[member].sum() / samples.sum())
+            if dense and by_chance < FACTOR_SIGNIFICANCE:
                 found.append({"factor": name, "level": level, "share": share})
     return tuple(sorted(found, key=lambda row: -row["share"]))

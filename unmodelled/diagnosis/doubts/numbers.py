@@ -1,0 +1,94 @@
+"""Numbers of a last fit with their intervals: from experiments left out, and from the curvature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.data.result import Estimate, Interval
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.diagnosis.judge.last_fits import LastFit
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The numbers of a fit that all experiments share."""
+
+    last: LastFit
+
+    @cached_property
+    def _open(self) -> dict[str, tuple[int, Unknown]]:
+        """Place among the open numbers, and bounds, by name in the fit."""
+        return {u.name: (k, u) for k, u in enumerate(self.last.around.columns.unknowns(own=False))}
+
+    @property
+    def fitted(self) -> FittedHypothesis:
+        """Return the fit."""
+        return self.last.fitted
+
+    @cached_property
+    def _covariance(self) -> Array:
+        """Covariance (open, open) of the linearised fit, in plausible sizes."""
+        return np.asarray(np.linalg.inv(self.last.around.normal[:-1, :-1]), np.float64)
+
+    @cached_property
+    def _scatter(self) -> Array:
+        """Covariance (open, open) by the experiments that are left out (jackknife), in plausible sizes."""
+        steps = self.last.left_out.steps
+        off = steps - steps.mean(axis=0)
+        return np.asarray((len(steps) - 1) / len(steps) * off.T @ off)
+
+    def error(self, name: str) -> float:
+        """Return the standard error of a number that leaves, SI: the larger of both."""
+        k, unknown = self._open[self.last.names[name]]
+        return float(np.sqrt(max(self._covariance[k, k], self._scatter[k, k]))) * unknown.scale
+
+    def _reach(self, own: str, level: float) -> float:
+        """Half of the interval, SI: the jackknife of few experiments by Student's t."""
+        (k, unknown), upper, runs = self._open[own], 0.5 + 0.5 * level, len(self.last.left_out.steps)
+        by_runs = float(stdtrit(runs - 1, upper)) * np.sqrt(self._scatter[k, k]) if runs > 1 else 0.0
+        return float(max(by_runs, ndtri(upper) * np.sqrt(self._covariance[k, k]))) * unknown.scale
+
+    def interval(self, own: str, level: float) -> Interval:
+        """Return the interval, SI, of a number of the fit, cut at its bounds; of no width if not fitted."""
+        value = self.fitted.fit.values[own]
+        if own not in self._open:
+            return value, value
+        reach, (_, unknown) = self._reach(own, level), self._open[own]
+        return max(value - reach, unknown.low), min(value + reach, unknown.high)
+
+    def estimate(self, name: str, unit: str, known: float, level: float) -> Estimate:
+        """Return a number that leaves with its interval; one that was not fitted has no width.
+
+        It is determined where the interval is narrower than the number or its plausible size.
+        """
+        own = self.last.names.get(name, "")
+        if own not in self._open:
+            value = _value_in(self.last, name)
+            return Estimate(unit, known, value, (value, value))
+        value, (_, unknown) = self.last.values[name], self._open[own]
+        determined = self._reach(own, level) < max(abs(value), unknown.scale)
+        ends = self.interval(own, level)
+        return Estimate(unit, known, value, ends, determined, self.fitted.at_bound(own))
+
+    def correlations(self, names: Sequence[str]) -> dict[tuple[str, str], float]:
+        """Return correlations by pair of names; none of fewer than two numbers."""
+        there = [name for name in names if self.last.names.get(name) in self._open]
+        rows = [self._open[self.last.names[name]][0] for name in there]
+        spread = self._covariance[np.ix_(rows, rows)]
+        size = np.sqrt(np.diag(spread))
+        found = np.clip(spread / np.outer(size, size), -1.0, 1.0)
+        pairs = product(enumerate(there), enumerate(there))
+        return {(a, b): float(found[i, k]) for (i, a), (k, b) in pairs} if len(there) > 1 else {}
+
+
+def _value_in(last: LastFit, name: str) -> float:
+    full = last.leaving.full
+    return float(dict(zip((p.name for p in full.parameters), full.values, strict=True))[name])

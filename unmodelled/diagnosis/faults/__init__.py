@@ -1,0 +1,1 @@
+"""Faults of logs: is it the machine, or how it was logged?"""
