@@ -13,6 +13,7 @@ from tests.commands import exit_code
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import HORIZON, study
 from tests.diagnosis.test_ports_between import damping_between, friction_of_the_load, logged
+from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.simulation import simulate
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis

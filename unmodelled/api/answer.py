@@ -179,7 +179,7 @@ class Answer:
 
     @property
     def gaps(self) -> pd.DataFrame:
-        """Return model and gap on the held-out experiments, in standard deviations of the outputs.
+        """Return model and gap of experiments left out, in standard deviations of the outputs.
 
         The models are the system as given (known), with refitted parameters (reidentified), with the effects
         found (augmented), with a network in every port (neural), the noise floor (floor), and the prediction
@@ -190,7 +190,7 @@ class Answer:
 
     @property
     def units(self) -> pd.DataFrame:
-        """Return the errors on the held-out experiments in units of the outputs' columns, a row per output.
+        """Return the errors of experiments left out in units of the outputs' columns, a row per output.
 
         Columns: output, unit, known and augmented (at the end of the free-run windows), known_whole_run and
         augmented_whole_run; nan where the simulation diverges.
@@ -308,8 +308,8 @@ class Answer:
     def _repr_html_(self) -> str:
         tables = {
             "Numbers of the effects": self.table().drop(columns=["law", "confidence", "shrink"]),
-            "Errors on held-out experiments, in units of the outputs": self.units,
-            "Gap on held-out experiments, in standard deviations of the outputs": self.gaps,
+            "Errors of experiments left out, in units of the outputs": self.units,
+            "Gap of experiments left out, in standard deviations of the outputs": self.gaps,
             "Refitted parameters": self.parameters,
             "Channels by which the gap enters": self.where.channels,
         }

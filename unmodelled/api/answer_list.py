@@ -33,7 +33,7 @@ class AnswerList:
         """Return a row per answer.
 
         Columns: answer (folder), system, verdict, confidence (0 to 1), effects (in words), place, known and
-        augmented (gaps on held-out experiments, standard deviations of the outputs; nan where nothing was
+        augmented (gaps of experiments left out, standard deviations of the outputs; nan where nothing was
         fitted), written (UTC, time of the file).
         """
         rows = [

@@ -46,7 +46,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Error:
-    """An error on the held-out experiments."""
+    """An error of experiments left out."""
 
     text: str  # of one output in its unit, or the gap in standard deviations
     note: str  # output, time since the start of the free run, and gap
@@ -71,7 +71,7 @@ class ListedAnswer:
     rows: tuple[Compared, ...]  # of a comparison with another answer
 
     def residual(self) -> tuple[Array, Array] | None:
-        """Return residuals (intervals,) over the time of the held-out experiments, before and after."""
+        """Return residuals (intervals,) over the time of the experiments, before and after."""
         try:
             table = read_table(self.folder / "tables" / "time", ("over",))
             rows = table[table["over"] == "experiment"]

@@ -74,7 +74,7 @@ def _row(one: ListedAnswer, out: Path, number: int) -> dict[str, Any]:
 
 
 def _sparkline(one: ListedAnswer) -> Markup:
-    """Residuals over the time of the held-out experiments as an SVG; empty where they are unknown."""
+    """Residuals over the time of the experiments as an SVG; empty where they are unknown."""
     found = one.residual()
     if found is None:
         return Markup("")
@@ -86,9 +86,7 @@ def _sparkline(one: ListedAnswer) -> Markup:
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
         return Markup('<polyline class="{}" points="{}"/>').format(kind, points)
 
-    said = (
-        "Residual over the time of the held-out experiments, root mean square {:.2g} before and {:.2g} after"
-    )
+    said = "Residual over the time of the experiments, root mean square {:.2g} before and {:.2g} after"
     means = [float(np.sqrt(np.mean(values**2))) for values in found]
     return Markup(
         '<svg class="spark" role="img" aria-label="{}" viewBox="0 0 {} {}" width="{}" height="{}">{}{}</svg>'

@@ -165,9 +165,7 @@ def _summary(content: Mapping[str, Any]) -> str:
         errors = " ".join(_error(name, as_said(entry), content) for name, entry in outputs.items())
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
-    held = "All errors are on held-out experiments, which were not used for fitting or choosing."
-    if content.get("evidence"):
-        held = "All errors are those of an experiment by a fit to the others; each is left out once."
+    held = "All errors are those of an experiment by a fit to the others; each is left out once."
     if content.get("chance") is not None and content["verdict"] != "no_gap":
         held += (
             " If nothing were missing, the best of all laws would lower the error as much with a probability "

@@ -47,22 +47,23 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
 
 
 def gap_table(content: Mapping[str, Any]) -> Table:
-    """Return the gaps on the held-out experiments."""
+    """Return the gaps of experiments left out."""
     gap = content["gap"]
     rows = [
         (Cell(label, name), number_cell(gap[name]), Cell(meaning, meaning, "small"))
         for name, (label, meaning) in GAPS.items()
         if name in gap and (name != "augmented" or content["effects"])
     ]
-    each = "experiments that are left out of the fit, each once"
-    held = each if content.get("evidence") else ", ".join(map(str, gap["held_out"]))
-    about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
+    about = (
+        "Root mean square over free-run windows, in standard deviations of the outputs, on experiments that "
+        "are left out of the fit, each once."
+    )
     columns = "Model", "Gap", "Description"
-    return Table("gaps", "Gap on held-out experiments", columns, _numeric("010"), tuple(rows), about)
+    return Table("gaps", "Gap of experiments left out", columns, _numeric("010"), tuple(rows), about)
 
 
 def units_table(content: Mapping[str, Any]) -> Table:
-    """Return the errors on the held-out experiments in units of the outputs."""
+    """Return the errors of experiments left out in units of the outputs."""
     rows, gap = [], content["gap"]
     label = "With the effects found" if content["effects"] else "Re-identified"
     models = {"known": "As given", "augmented": label}
@@ -76,7 +77,7 @@ def units_table(content: Mapping[str, Any]) -> Table:
             rows.append((Cell(name, name), Cell(span, span), *cells, unit_cell(entry["unit"])))
     columns = ("Output", "After", *models.values(), "Unit")
     about = (
-        "Root mean square errors on held-out experiments: at the last sample of the free-run windows, and "
+        "Root mean square errors of experiments left out: at the last sample of the free-run windows, and "
         "over all samples of whole experiments, simulated from their first state."
     )
     numeric = _numeric("00" + "1" * len(models) + "0")
@@ -117,10 +118,9 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
 def experiments_table(content: Mapping[str, Any]) -> Table:
     """Return the gaps of all experiments."""
     fitted = content["verdict"] != "check_logs"
-    held = set() if content.get("evidence") else set(content["gap"]["held_out"])
     rows = [
         (
-            Cell(row["id"], row["id"], note="held out" if row["id"] in held and fitted else ""),
+            Cell(row["id"], row["id"]),
             *(number_cell(row[name]) for name in (("known", "augmented") if fitted else ("known",))),
         )
         for row in content["where"]["experiments"]
@@ -238,7 +238,7 @@ def robot_sentence(robot: Mapping[str, Any]) -> str:
     diverges = f" In whole runs, {', '.join(lost)} diverges." if lost else ""
     worse = replay["patched"]["gap"] >= given
     alone = " The patched file alone is no improvement: load it with its supplement." if worse else ""
-    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}{alone}"
+    return f"In MuJoCo, the gap of all experiments is {gaps}.{diverges}{alone}"
 
 
 def _numeric(flags: str) -> tuple[bool, ...]:

@@ -18,7 +18,7 @@ from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import FILE, beyond_the_data, write_augmented
 from unmodelled.diagnosis.answer.findings import Findings, note_on, reason_of
 from unmodelled.diagnosis.answer.guesses import resting_on_guesses
-from unmodelled.diagnosis.answer.judged import diagnose_by_evidence
+from unmodelled.diagnosis.answer.judged import judged
 from unmodelled.diagnosis.answer.misread import misread
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
@@ -82,7 +82,7 @@ def findings(
         found = replace(found, faults=(*found.faults, pushed))
     remark = [pushed.sentence] if pushed is not None and not alarm else []
 
-    # 7. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole held-out
+    # 7. Nothing leaves that its own reader refuses, that no machine can be, or that predicts whole
     #    runs worse than the file it came from.
     reason, notes = _checked(found)
     refused = [Refusal(FILE, reason, given_file(found))] if reason else []
@@ -111,7 +111,7 @@ def diagnose_gap(
     if any(fault.decides for fault in faults):
         return misread(Study(system, logs, horizon, tuple(range(len(logs))), options), seed, faults)
     study = Study(system, different(logs), horizon, (), options, seed, tuple(laws))
-    return diagnose_by_evidence(study, workers, progress, faults)
+    return judged(study, workers, progress, faults)
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:

@@ -48,7 +48,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - steps: kind, label, gap; from the known model, an effect at a time, to the augmented one, then the model
       with networks and the floor.
     - experiments: id, held_out, known, reidentified, augmented, floor: gaps.
-    - trajectory: of the worst held-out experiment, output, t, measured, known, augmented; nan where nothing
+    - trajectory: of the worst experiment, output, t, measured, known, augmented; nan where nothing
       was simulated.
     - candidates: label, named, difference, standard_error (see `Compared`).
     - correlations: row, column, correlation: of the fitted numbers, where there are two.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from unmodelled.diagnosis.answer.judged_answer import Answered, Leaving, Models, assembled
+from unmodelled.diagnosis.answer.assembled import Answered, Leaving, Models, assembled
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
@@ -23,7 +23,7 @@ from unmodelled.effects.ports_between import (
 from unmodelled.systems.model import System
 
 
-def diagnose_by_evidence(
+def judged(
     given: Study, workers: int, progress: Callable[[str], None], faults: Sequence[LogFault] = ()
 ) -> Diagnosis:
     """Name the laws for which the evidence of the logs stands, beside the chain that every log has.

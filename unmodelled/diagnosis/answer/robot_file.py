@@ -26,7 +26,7 @@ FOLDER = "robot"
 
 @dataclass(frozen=True)
 class Replayed:
-    """A robot file in MuJoCo beside the measured outputs of the held-out experiments."""
+    """A robot file in MuJoCo beside the measured outputs of the experiments."""
 
     gap: float  # root mean square error over free-run windows, in standard deviations of the outputs
     units: Mapping[str, Off]  # by name of the output
@@ -34,7 +34,7 @@ class Replayed:
 
 @dataclass(frozen=True)
 class Replay:
-    """Robot files in MuJoCo along the held-out experiments."""
+    """Robot files in MuJoCo along the experiments."""
 
     given: Replayed  # the file as given
     patched: Replayed  # the patched file alone
@@ -51,7 +51,7 @@ class RobotFile:
     """Patched robot file with its free runs in MuJoCo."""
 
     found: TakeHome
-    replay: Replay  # along the held-out experiments
+    replay: Replay  # along the experiments
 
     @classmethod
     def of(cls, diagnosis: Diagnosis) -> RobotFile:
@@ -66,7 +66,7 @@ class RobotFile:
         """Return why the file may not leave; empty if it may.
 
         The file and its supplement are read back and have possible numbers. In MuJoCo, they predict windows
-        of the held-out experiments better than the given file, and whole runs no worse.
+        of the experiments better than the given file, and whole runs no worse.
         """
         found, run = self.found, self.replay
         if not found.changes and not found.supplement:
@@ -129,7 +129,7 @@ def _errors(run: Replayed) -> dict[str, Any]:
 
 
 def _replay(diagnosis: Diagnosis, found: TakeHome) -> Replay:
-    """Free runs of the given and the patched robot file in MuJoCo along the held-out experiments.
+    """Free runs of the given and the patched robot file in MuJoCo along the experiments.
 
     Windows start at the measured states, whole runs at the first one. The given file is driven as the system
     file says, and the patched one with what the diagnosis says of inputs and sensors.

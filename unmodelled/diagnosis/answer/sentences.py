@@ -33,8 +33,8 @@ NEXT_STEPS = {
 }
 #: What to do next where the augmented system is not offered.
 KEEP = "keep the system as given for simulations; see in index.html where the gap lies"
-#: Ids of held-out experiments, and changed numbers of a robot file, that are listed.
-MOST_IDS, MOST_CHANGES = 4, 6
+#: Changed numbers of a robot file that are listed.
+MOST_CHANGES = 6
 
 
 def sentences(content: Entry) -> list[str]:
@@ -178,10 +178,7 @@ def _gap(content: Entry) -> Iterator[str]:
         yield f"gap of the known model: {gap['known']:.3g} standard deviations of the outputs"
     else:
         values = ", ".join(f"{m} {gap[m]:.3g}" for m in ("known", "reidentified", "augmented", "neural"))
-        ids = gap["held_out"]
-        more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
-        held = f"held-out experiments {', '.join(ids[:MOST_IDS])}{more}"
-        where = "experiments that are left out of the fit, each once" if content.get("evidence") else held
+        where = "experiments that are left out of the fit, each once"
         floor = f"noise floor {gap['floor']:.3g}"
         yield f"gap: {values}, {floor} (in standard deviations of the outputs, on {where})"
     yield f"persistence: {gap['persistence']:.3g}, the error if every output kept its value or its speed"

@@ -20,12 +20,12 @@ Verdict = Literal["effect", "main_effect", "no_gap", "unknown", "check_logs"]
 
 @dataclass(frozen=True, eq=False)
 class JudgedModel:
-    """A model with its gap on the held-out experiments."""
+    """A model with its gap of experiments left out."""
 
     label: str  # such as "known" or "with coulomb_friction at rail"
     system: System  # with the model's numbers, ready to be written as a file
     logs: Logs  # all experiments, with the states and constants of `system`
-    gap: Gap  # on the held-out experiments
+    gap: Gap  # of experiments left out
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class DiagnosedEffect:
     own: Mapping[str, Mapping[str, float]]  # amplitudes that differ between experiments, by name and id, SI
     confidence: float  # probability, 0 to 1, that this effect or one of `indistinguishable` is right
     shrink: float  # share of the squared gap above the noise floor that it explains, 0 to 1
-    interval: Interval  # 95 % interval of `shrink` over the held-out experiments
+    interval: Interval  # 95 % interval of `shrink` over the experiments
     indistinguishable: tuple[Added, ...]  # the best first
     #: Effects without which it lowers the error by less than a material share.
     only_with: tuple[Added, ...] = ()
@@ -129,7 +129,7 @@ class Diagnosis:
     steps: tuple[JudgedModel, ...]  # from `reidentified` to `augmented`, with one effect more each
     floor: float  # of `augmented`, in standard deviations of the outputs
     shrink: float  # share of the squared gap above the noise floor that the effects explain, 0 to 1
-    interval: Interval  # 95 % interval of `shrink` over the held-out experiments
+    interval: Interval  # 95 % interval of `shrink` over the experiments
     held_out: tuple[int, ...]  # numbers of the experiments that took no part in fitting or choosing
     parameters: Mapping[str, Estimate]  # the uncertain ones, by name
     comparison: tuple[Compared, ...]  # fitted candidates, the best first

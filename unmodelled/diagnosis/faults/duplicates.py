@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.logs import Logs
 
-#: Different experiments at least: one to fit, and one that is held out.
+#: Different experiments at least: one to fit, and one that is left out.
 FEWEST_DIFFERENT = 2
 
 

@@ -16,7 +16,7 @@ from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-#: Experiments at least: one to fit, and one that is held out.
+#: Experiments at least: one to fit, and one that is left out.
 FEWEST_EXPERIMENTS = 2
 #: Samples that a window predicts at least.
 FEWEST_PREDICTED = 5
@@ -45,7 +45,7 @@ def check(system: System, logs: Logs, horizon: float) -> None:
         table = str(source / "experiments.csv" if source.is_dir() else source) if logs.source else "logs"
         raise BadInput(
             f"{table}: column id: {len(logs)} experiment, too short to be cut into several; a diagnosis "
-            f"needs {FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add another log"
+            f"needs {FEWEST_EXPERIMENTS} or more, as each is left out once; add another log"
         )
     _recording(system, logs, horizon)
 

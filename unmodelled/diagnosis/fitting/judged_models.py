@@ -1,4 +1,4 @@
-"""Models with their fitted numbers, judged on the held-out experiments."""
+"""Models with their fitted numbers, judged of experiments left out."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from unmodelled.systems.model import Constant, System
 
 
 def known_model(study: Study) -> JudgedModel:
-    """Return the system as given, with its gap on the held-out experiments."""
+    """Return the system as given, with its gap of experiments left out."""
     return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
 
 
 def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
-    """Return a hypothesis as a system with its fitted numbers, and its gap on the held-out experiments."""
+    """Return a hypothesis as a system with its fitted numbers, and its gap of experiments left out."""
     system, logs = _numbered(fitted)
     return JudgedModel(label, system, logs, held_out_gap(system, logs, fitted.hypothesis.study))
 
 
 def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
-    """Return the gap of `system` on the held-out experiments of `study`."""
+    """Return the gap of `system` of experiments left out of `study`."""
     return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
 
 

@@ -41,7 +41,7 @@ def reason_against_system(diagnosis: Diagnosis, file: Path) -> tuple[str, Sequen
     since = SEEN if any(constant.identify for constant in system.operating_point) else 0.0
     off = before.errors(held_out, since), after.errors(held_out, since)
     reason = worse(*off, before.recording, units)
-    return reason, () if reason else tuple(after.divergence(file.name, held_out))
+    return reason, () if reason else tuple(after.divergence(file.name))
 
 
 def _needs(given: System, system: System) -> str:

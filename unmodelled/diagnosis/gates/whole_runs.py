@@ -53,7 +53,7 @@ class WholeRuns:
             found[output.name] = float(scale * np.sqrt(np.mean(column**2))) if near else None
         return found
 
-    def divergence(self, file: str, held_out: Sequence[int]) -> Iterator[str]:
+    def divergence(self, file: str) -> Iterator[str]:
         """Yield a note on experiments in which an output is lost, with the time from which on."""
         recording, logs = self.recording, self.recording.logs
         lost = (~(np.abs(self.off) <= LARGEST_ERROR)).any(axis=2) & recording.counted
@@ -61,8 +61,7 @@ class WholeRuns:
         gone = sorted(recording.owner[lost.any(axis=1)].tolist(), key=lambda i: until[i])
         if not gone:
             return
-        held = {i: " (held out)" if i in held_out else "" for i in gone}
-        named = ", ".join(f"{logs.ids[i]}{held[i]} after {until[i]:.3g} s" for i in gone[:NAMED])
+        named = ", ".join(f"{logs.ids[i]} after {until[i]:.3g} s" for i in gone[:NAMED])
         more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""
         yield (
             f"{file} diverges: in a free run over the whole experiment an output is more than "
@@ -91,7 +90,7 @@ def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[st
     ids = [logs.ids[i] for i in sorted(recording.runs)]
     more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
     return (
-        f"over whole held-out experiments ({', '.join(ids[:NAMED])}{more}) {name} {new}, and {old} with the "
+        f"over whole experiments ({', '.join(ids[:NAMED])}{more}) {name} {new}, and {old} with the "
         "file as given"
     )
 

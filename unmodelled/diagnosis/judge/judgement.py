@@ -11,7 +11,7 @@ from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import Base, bases
-from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class, stands
+from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
@@ -41,9 +41,9 @@ class Look:
         return self.parent.base.matters(self.parent.residual)
 
     def first(self, matters: bool) -> LawClass | None:
-        """Return the class that is named; where no gap `matters`, only if it is the main part of it."""
+        """Return the class that is named; where no gap `matters`, only if it removes nearly all of it."""
         found = best_class(self.refits)
-        if found is None or matters or found.speaker.removed >= MAIN:
+        if found is None or matters or found.speaker.removed >= NEARLY_ALL:
             return found
         return None
 

@@ -25,7 +25,7 @@ _TINY = 1e-300
 def channel_shares(diagnosis: Diagnosis, left: Mapping[str, float]) -> dict[str, float]:
     """Divide the squared gap of the re-identified model above the noise floor among the channels.
 
-    The fall of the squared gap with each effect, on the held-out experiments, counts for the channel of the
+    The fall of the squared gap with each effect, of experiments left out, counts for the channel of the
     effect. The remaining gap of the augmented model is divided by `left`.
     """
     floor, last = diagnosis.floor**2, diagnosis.augmented.gap.value**2

@@ -19,7 +19,7 @@ MOST = 40
 def gaps_of_experiments(data: Path) -> Figure:
     """Gap of every experiment: system file as given, refitted parameters, and diagnosed effects.
 
-    Experiments are sorted by their gap, the largest first. A star marks held-out experiments. A green mark at
+    Experiments are sorted by their gap, the largest first. A green mark at
     the grey mark means that the gap equals the noise floor. If the green mark of one experiment stays far
     above those of the others, look for an effect or a fault that only this experiment has.
     """
@@ -38,8 +38,7 @@ def gaps_as_given(data: Path) -> Figure:
 
 def _drawn(data: Path, names: list[str]) -> Figure:
     every = table(data, "experiments").sort_values("reidentified", ascending=False, kind="stable")
-    rows, fitted = every.head(MOST), len(names) > 1
-    starred = fitted and not every["held_out"].all()  # where each is left out once, none is special
+    rows = every.head(MOST)
     figure = new_figure(1.5 + 0.24 * len(rows), 8.5)
     axes = figure.subplots()
     place = np.arange(len(rows))
@@ -50,11 +49,7 @@ def _drawn(data: Path, names: list[str]) -> Figure:
         look = LOOKS[name]
         axes.plot(rows[name], place, look.marker, color=look.colour, markersize=6.5, markeredgecolor="white")
     log_gaps(axes, 0.7 * float(ends.min(axis=None)), 1.4 * float(ends.max(axis=None)))
-    labels = [
-        f"{'★ ' if held and starred else ''}{name}"
-        for name, held in zip(rows["id"], rows["held_out"], strict=True)
-    ]
-    axes.set_yticks(place, labels)
+    axes.set_yticks(place, rows["id"])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.set_xlabel(GAP)
     if len(every) > len(rows):

@@ -23,7 +23,7 @@ FEWEST, PART, POINTS = 16, 1024, 12
 
 @styled
 def spectrum(data: Path) -> Figure:
-    """Spectrum of the errors of free runs, in the held-out experiment with the largest gap.
+    """Spectrum of the errors of free runs, in the experiment with the largest gap.
 
     Root of the power spectral density (Welch 1967). The grey line is white noise of the sensor. Green at the
     grey line means that nothing but noise remains. A peak shows a vibration or a disturbance of this

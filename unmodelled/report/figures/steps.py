@@ -17,7 +17,7 @@ LOOK = {"known": "known", "reidentified": "reidentified", "effect": "augmented"}
 
 @styled
 def gap_steps(data: Path) -> Figure:
-    """Gap on held-out experiments: system file as given, refitted parameters, effects, and noise floor.
+    """Gap of experiments left out: system file as given, refitted parameters, effects, and noise floor.
 
     First the uncertain parameters are refitted, then each effect is added and all parameters are refitted.
     The percentage is the change of the squared gap above the noise floor. The axis is logarithmic. If the

@@ -1,4 +1,4 @@
-"""Draw free runs before and after a diagnosis, on the held-out experiment with the largest gap."""
+"""Draw free runs before and after a diagnosis, on the experiment with the largest gap."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def before_and_after(data: Path) -> Figure:
 
 @styled
 def worst_as_given(data: Path) -> Figure:
-    """The held-out experiment with the largest error of the system as given.
+    """The experiment with the largest error of the system as given.
 
     Left: some windows around the largest error; a free run starts at the measured state at the beginning of
     every window (one horizon), which causes the jumps. Right: errors over the whole experiment.

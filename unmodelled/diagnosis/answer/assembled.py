@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from unmodelled.diagnosis.answer.chain_sentences import most_alike, small_gap
-from unmodelled.diagnosis.answer.judged_tables import (
+from unmodelled.diagnosis.answer.compared import (
     chain_parts,
     chance_of_nothing,
     compared,
