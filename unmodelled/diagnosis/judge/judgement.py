@@ -21,7 +21,7 @@ from unmodelled.effects.effect import USUAL_PERIODS
 
 #: Most laws beside each other.
 LAWS = 3
-#: Share of the squared residual from which laws are the main part of what is missing: more than they leave.
+#: Share of the squared residual above the noise from which laws are the main part of what is missing.
 MAIN = 0.5
 #: Samples per independent one up to which what no law explains is noise: white noise behind a lag that is
 #: usual in a logger.
@@ -113,7 +113,7 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
         if written is not None:
             look, law = written
             return Judgement("effect", (law,), tuple(looks), (look,), look.parent.beside(law.speaker))
-    if verdict == "main_effect" and parent.explained < MAIN:
+    if laws and parent.explained < MAIN:
         return Judgement("unknown", (), tuple(looks), (rounds[0],), rounds[0].parent, first)
     return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
 

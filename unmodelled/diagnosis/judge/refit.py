@@ -12,7 +12,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.judge.base import Base
+from unmodelled.diagnosis.judge.base import NOISES, Base
 from unmodelled.diagnosis.judge.chain import with_priors
 from unmodelled.diagnosis.judge.elimination import OPEN
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
@@ -47,8 +47,13 @@ class Parent:
 
     @property
     def explained(self) -> float:
-        """Return the share of the squared residual of the base that is gone, where it is largest."""
-        return float(np.max(1.0 - self.around.squares / self.square))
+        """Return the share of the squared residual of the base that is gone, where it is largest.
+
+        In outputs whose gap matters, the noise of the sensors is no part of it: no law explains that.
+        """
+        square = self.base.residual.square
+        above = np.where(square > NOISES**2, 1.0 - 1.0 / square, 1.0)
+        return float(np.minimum((1.0 - self.around.squares / self.square) / above, 1.0).max())
 
     @classmethod
     def of(cls, base: Base) -> Parent:
