@@ -11,10 +11,12 @@ from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import effect, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge import judgement
-from unmodelled.diagnosis.judge.base import Base
+from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_of, unusual_parts
 from unmodelled.diagnosis.judge.classes import BAR, best_class
+from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.elimination import SIGMAS, newton_step
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
@@ -82,6 +84,47 @@ def test_laws_that_leave_more_than_they_explain_are_not_named(
     assert found.verdict == "unknown" and not found.laws and found.final.explained == 0.0
     assert found.alike is not None and found.alike.speaker.row.place == ("joint", None, None)
     assert found.alike.speaker.nats > BAR and found.alike.speaker.removed < judgement.MAIN
+
+
+def test_laws_that_are_taken_back_are_what_is_most_alike(folder: Path) -> None:
+    found = judged(folder / "friction", Bench())
+    none = found.until(0)
+    assert (none.verdict, none.laws, none.alike) == ("unknown", (), found.laws[0])
+    assert none.final is found.look.parent and none.rounds == (found.look,)
+
+
+def test_a_law_that_diverges_where_its_parent_does_not_is_none(
+    rubbing: Base, rubs: dict[str, Refit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Samples without a value leave no error, so that such a law would leave nothing."""
+    fit = Base.fit
+
+    def lost(self: Base, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
+        found = fit(self, hypothesis, start)
+        found.errors[0][:1] = np.nan
+        return found
+
+    parent, row = Parent.of(rubbing), rubs["coulomb_friction@joint"].row
+    monkeypatch.setattr(Base, "fit", lost)
+    gone = refit(parent, row)
+    assert gone is not None and gone.residual.diverged > 0 and gone.nats == -np.inf
+    assert parent.residual.diverged == 0 and rubs["coulomb_friction@joint"].nats > BAR
+
+
+def test_a_free_curve_beside_a_law_of_some_experiments_acts_in_all(folder: Path) -> None:
+    groups = ("new", "old", "new", "old")
+    rubs = Bench(runs=4, samples=300, groups=groups, friction=tuple(0.06 * (g == "old") for g in groups))
+    found = study(folder / "some", rubs)
+    parent = Parent.of(next(bases(found, begun(found))))
+    local = next(
+        row
+        for row in scan(parent.around)
+        if row.name == "coulomb_friction@joint where group is old" and not row.atom.effect.variant
+    )
+    law = refit(parent, local)
+    assert law is not None and law.nats > BAR
+    curves = list(free_curves(parent.beside(law)))
+    assert curves and all(curve.row.atom.place.factor is None for curve in curves)
 
 
 @pytest.mark.long

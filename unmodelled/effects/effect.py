@@ -61,8 +61,6 @@ class Effect(ABC):
         variant: name of the variant within the family; empty for the plain form.
         beside: families of which one must have been added at the same place; empty (default) if none must.
         at_levels: whether it acts at levels of factors only; default False.
-        may_be_far: whether it may be larger than any linear step shows, so that it is always fitted alone;
-            default False.
         kind: subject of the law, such as dry friction.
     """
 
@@ -70,7 +68,6 @@ class Effect(ABC):
     variant: str = ""
     beside: ClassVar[frozenset[str]] = frozenset()
     at_levels: ClassVar[bool] = False
-    may_be_far: ClassVar[bool] = False
     kind: ClassVar[LawKind]
 
     @abstractmethod

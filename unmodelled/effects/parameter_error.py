@@ -19,7 +19,6 @@ class ParameterError(ParameterEffect):
     """Parameter that has another value than the file says, in all experiments."""
 
     family = "parameter_error"
-    may_be_far = True
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("parameter", p.name) for p in system.parameters if _may_be_wrong(p))

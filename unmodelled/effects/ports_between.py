@@ -7,13 +7,32 @@ from dataclasses import replace
 from itertools import combinations
 
 from unmodelled.effects.naming import fresh
-from unmodelled.effects.place_groups import port_groups
 from unmodelled.effects.substitution import substituted
 from unmodelled.systems.model import Port, System, symbol
+from unmodelled.systems.units import parse_unit
 
 Pairs = tuple[tuple[Port, Port], ...]
 #: Pairs of ports up to which a port is added between all of them.
 MOST_BETWEEN = 3
+
+
+def port_groups(system: System) -> tuple[tuple[Port, ...], ...]:
+    """Return the ports of one kind, those whose efforts have the same unit: bodies and balances.
+
+    A body has a velocity with which the effort makes power, a balance has a level.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> arm = read_system(Path("systems/double_pendulum/friction_withheld.yaml"))
+        >>> [[port.name for port in group] for group in port_groups(arm)]
+        [['shoulder', 'elbow']]
+    """
+    found: dict[object, list[Port]] = {}
+    for port in system.ports:
+        if (port.velocity if port.domain == "power" else port.position) is not None:
+            found.setdefault((port.domain, parse_unit(port.unit).dimension), []).append(port)
+    return tuple(map(tuple, found.values()))
 
 
 def comparable_ports(system: System) -> Pairs:

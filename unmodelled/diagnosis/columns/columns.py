@@ -44,7 +44,6 @@ class Atom:
     scale: Array  # plausible sizes of its amplitudes, (amplitudes,), SI: the unit of the columns
     positive: Mask  # (amplitudes,): cannot be negative
     numbers: int  # that were chosen: amplitudes, and shapes with more than one starting value
-    rough: bool = False  # whether a shape has many optima, see `ROUGH`
 
     @property
     def name(self) -> tuple[str, str, str | None, object]:
@@ -259,7 +258,7 @@ class Columns:
                     scale = np.array([a.scale for a in law.amplitudes.values()])
                     positive = np.array([a.bounds[0] >= 0.0 for a in law.amplitudes.values()])
                     numbers = len(scale) + sum(len(g) > 1 for g in grids)
-                    atoms = [Atom(effect, place, shape, scale, positive, numbers, rough) for shape in shapes]
+                    atoms = [Atom(effect, place, shape, scale, positive, numbers) for shape in shapes]
                     yield atoms, self._of_law(law, place, shapes, scale)
 
     def _late(self, effect: Delay, place: Place) -> tuple[list[Atom], Array]:

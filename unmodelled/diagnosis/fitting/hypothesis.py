@@ -14,7 +14,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
 from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
-from unmodelled.diagnosis.fitting.residuals import Errors, spread
+from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 from unmodelled.effects.added import Added
@@ -214,8 +214,3 @@ class FittedHypothesis:
         moved, sigma = self.moved(self.recording)
         errors = Errors(self.unknowns, sigma, self.fit.substeps)
         return errors(self.vector(self.unknowns)[None], moved[:, None])[:, 0], moved
-
-    @cached_property
-    def spread(self) -> Array:
-        """Return the robust spread, shape (outputs,), of the errors, see `residuals.spread`."""
-        return spread(self.errors[0], self.recording.counted)
