@@ -64,19 +64,16 @@ def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) 
 
 
 @pytest.mark.long
-def test_what_differs_between_runs_hides_a_delay_that_all_share(tmp_path: Path) -> None:
+def test_a_supply_that_varies_hides_no_delay(tmp_path: Path) -> None:
     supply = (1.0, 0.9, 1.12, 0.86, 1.05, 0.95, 1.1, 0.92)
     found = diagnosis(tmp_path, Bench(friction=0.0, supply=supply, delay=8, runs=8, samples=400))
-    named = {e.added.place.channel: e.added.family for e in found.effects}
+    shared = [part for part in found.chain if not part.per_experiment]
+    assert found.verdict == "no_gap" and not found.effects
     # the only output is late, or the only input
-    late = {"sensor:theta": "sensor_delay"}, {"actuator:torque": "input_delay"}
-    families = {e.added.family for e in found.effects}
-    assert found.verdict == "effect" and families <= {"scatter", "sensor_delay", "input_delay"}
-    assert len(found.effects) == 2 and any(one.items() <= named.items() for one in late)
-    (scatter,) = (e for e in found.effects if e.added.family == "scatter")
-    (own,) = scatter.own.values()
-    spread = 1.0 + np.array([own[f"run{k}"] for k in range(8)])
-    np.testing.assert_allclose(spread / spread.mean(), np.array(supply) / np.mean(supply), rtol=0.02)
+    assert {part.added.family for part in shared} <= {"sensor_delay", "input_delay"}
+    assert sum(part.value for part in shared) == pytest.approx(0.016, abs=2e-4)
+    (varies,) = (part for part in found.chain if part.per_experiment and part.added.place.kind == "actuator")
+    assert varies.value == pytest.approx(np.std(supply), rel=0.1)
 
 
 def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
@@ -130,8 +127,7 @@ def test_nothing_is_missing_where_parameters_were_wrong(tmp_path: Path) -> None:
     assert found.reidentified.gap.value < 1.3 * found.floor
     values = {name: estimate.value for name, estimate in found.parameters.items()}
     assert values == pytest.approx(TRUTH, rel=0.02)
-    # all candidates have more effects than the named one here
-    assert len(found.comparison) > 10 and sum(c.named for c in found.comparison) == 1
+    assert sum(c.named for c in found.comparison) == 1
 
 
 @pytest.mark.long
@@ -144,12 +140,12 @@ def test_what_is_in_no_library_is_not_explained(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_two_effects(tmp_path: Path) -> None:
-    """Friction, and a sensor that shows too much; what lowers the loss most comes first."""
-    found = diagnosis(tmp_path, replace(RUBBING, samples=500, gain=1.1))
+    """Friction, and a sensor that shows too much, more than sensors usually do."""
+    found = diagnosis(tmp_path, replace(RUBBING, samples=500, gain=1.3))
     assert found.verdict == "effect"
     gain, friction = found.effects
     assert gain.added.family == "sensor_gain" and friction.added.place == JOINT
-    assert gain.estimates["g"].value == pytest.approx(0.1, rel=0.05)
+    assert gain.estimates["g"].value == pytest.approx(0.3, rel=0.05)
     assert friction.estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
     assert len(found.steps) == 3 and found.steps[1].label == "with sensor_gain at sensor:theta"
     first, second, third = (model.gap.value for model in found.steps)
@@ -160,9 +156,9 @@ def test_two_effects(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_two_experiments_are_enough(tmp_path: Path) -> None:
-    """One to learn from and one to judge by."""
+    """Each is predicted by a fit to the other."""
     found = diagnosis(tmp_path, replace(RUBBING, runs=2))
-    assert found.verdict == "effect" and len(found.held_out) == 1
+    assert found.verdict == "effect" and len(found.held_out) == 2
     assert "coulomb_friction at joint" in {n for name, others in said(found).items() for n in (name, *others)}
     assert found.effects[0].estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
 
@@ -173,9 +169,8 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
     late = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.0063}\nparameters:")
     system, logs = Bench(samples=240, delay=6, friction=0.0).recorded(tmp_path, late)
     found = diagnose_gap(system, logs, HORIZON, 0)
-    assert found.verdict == "effect"
-    ((named, others),) = said(found).items()
-    assert "sensor_delay at sensor:theta" in (named, *others)
+    assert found.verdict == "no_gap" and not found.effects
+    assert {"sensor_delay", "input_delay"} & {part.added.family for part in found.chain}
     late_by = found.augmented.system.outputs[0].delay + found.augmented.system.inputs[0].delay
     assert late_by == pytest.approx(0.012, abs=5e-4)
 

@@ -113,5 +113,5 @@ def test_heat_between_two_rooms_is_named_without_a_port_in_the_file(tmp_path: Pa
 
     logs = recorded(tmp_path / "logs", run, 6, 2)
     effect = only_effect(diagnosed(tmp_path, text_of("rooms.yaml"), logs), "linear_loss", "left_right")
-    (number,) = effect.parameters.values()
+    number = effect.parameters["k"]
     assert number["value"] == pytest.approx(0.02, rel=0.03) and number["unit"] == "W/K"

@@ -233,7 +233,7 @@ def test_answer_and_page_have_the_file_and_its_supplement(
     said, page = capsys.readouterr().out, (answer / "index.html").read_text()
     for words in ("pin.frictionloss", "robot files have no delay: apply the input 0.01 s later"):
         assert words in said and words in page
-    assert "In MuJoCo, the gap on the held-out experiments is" in page
+    assert "In MuJoCo, the gap of all experiments is" in page
     assert f"{robot['replay']['supplemented']['gap']:.3g}" in said
     model = mujoco.MjModel.from_xml_path(str(answer / "robot" / "rod.urdf"))
     um.supplement(model, answer / "robot" / "rod_supplement.json")

@@ -46,14 +46,23 @@ def kind_sentence(effect: Entry) -> str:
         >>> shares = {"confidence": 0.94, "probability": 0.71, "indistinguishable": alike}
         >>> kind_sentence(dahl | shares).replace("\xa0", " ")
         'Dry friction at joint, 94 %. Form: hysteresis (Dahl) 71 %, Coulomb friction 23 %.'
+
+        The plainest law is named, also where another kind is likelier:
+
+        >>> viscous = {"family": "viscous_friction", "kind": "damping", "probability": 0.33}
+        >>> rare = {**other, "confidence": 0.34, "probability": 0.01, "indistinguishable": [viscous]}
+        >>> kind_sentence(rare).replace("\xa0", " ").partition(". ")[0]
+        'Dry friction at joint, or what these logs cannot tell from it, 34 %'
     """
-    kind, own = effect["kind"], {**effect, "kind": effect.get("law_kind", effect["kind"])}
-    members = sorted([own, *effect["indistinguishable"]], key=lambda each: -each.get("probability", 0.0))
+    kind = effect["kind"]
+    members = sorted([effect, *effect["indistinguishable"]], key=lambda each: -each.get("probability", 0.0))
     forms = [each for each in members if each.get("kind", kind) == kind]
     others = [each for each in members if each not in forms]
     known = "probability" in effect
     share = sum(each.get("probability", 0.0) for each in forms) if known else effect["confidence"]
     name = kind_name(effect)
+    if share < 0.5 * effect["confidence"]:
+        name, share = f"{name}, or what these logs cannot tell from it", effect["confidence"]
     text = f"{name[:1].upper()}{name[1:]}, {_percent(share)}. Form: {_listed(forms, effect)}."
     return f"{text} Other kinds: {_listed(others, effect)}." if others else text
 

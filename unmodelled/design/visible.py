@@ -81,8 +81,8 @@ class _Planned(Study):
 def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     """Return the effects of the library along simulated logs, by family and place; noise (outputs,) in SI.
 
-    Of the variants of a law, the simplest one counts. Effects that differ between experiments, or need
-    another effect beside them, are left out.
+    Of the variants of a law, the one with the fewest numbers counts. Effects that differ between experiments,
+    or need another effect beside them, are left out.
     """
     study = _Planned(system, logs, default_horizon(logs), ())
     known = Hypothesis.known(study)
@@ -91,13 +91,15 @@ def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     columns = Columns(Path.of(FittedHypothesis.of(known, recording), recording))
     base = _Refitted(columns, noise, len(study.recording.start) / len(recording.start))
     found: dict[tuple[str, Place], Visible] = {}
+    numbers: dict[tuple[str, Place], int] = {}
     for atoms, changes in columns.atoms():
         effect, place = atoms[0].effect, atoms[0].place
-        if effect.at_levels or effect.beside or (effect.family, place) in found:
+        key, many = (effect.family, place), atoms[0].numbers
+        if effect.at_levels or effect.beside or many >= numbers.get(key, many + 1):
             continue
         added = known.plus(effect, place).effects[-1]
         if not added.columns:
-            found[effect.family, place] = base.effect(added, atoms, changes)
+            found[key], numbers[key] = base.effect(added, atoms, changes), many
     return sorted(found.values(), key=lambda one: (one.added.family, one.added.place.channel))
 
 

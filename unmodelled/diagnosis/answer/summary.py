@@ -53,9 +53,9 @@ def summary(
     `interval` are their mean and 95 % range; `chance`, see `Diagnosis`; `refused`, the files that are not
     offered, with the file to `keep`; `robot` of a system with a robot file (`RobotFile.content`).
     Where laws were compared by evidence: `kind` and `probability` of an effect and of those in
-    `indistinguishable` (the probabilities add up to the confidence of the effect), with `law_kind` of an
-    effect whose law is of another kind than most of the probability; `evidence`, of laws by length of the
-    windows; `chain`, how the logs were made; `strangers`, ids of experiments that follow no named effect.
+    `indistinguishable` (the probabilities add up to the confidence of the effect); `evidence`, of laws by
+    length of the windows; `chain`, how the logs were made; `strangers`, ids of experiments that follow no
+    named effect.
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
@@ -131,8 +131,6 @@ def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:
     likely: list[dict[str, Any]] = [{} for _ in laws]
     if found.kind:
         likely = [{"kind": kind_of(added)} for added in laws]
-        other = {} if likely[0]["kind"] == found.kind else {"law_kind": likely[0]["kind"]}
-        likely[0] = {"kind": found.kind} | other
     if whole := sum(found.probabilities):
         shares = [found.confidence * each / whole for each in found.probabilities]
         likely = [one | {"probability": share} for one, share in zip(likely, shares, strict=True)]

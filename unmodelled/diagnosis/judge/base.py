@@ -11,6 +11,8 @@ from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.deviation import substeps_needed
+from unmodelled.diagnosis.fitting.fit import OF_ERROR
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.chain import Key, start_of_chain, unusual_parts, with_chain
@@ -52,13 +54,18 @@ class Base:
         """Fit a hypothesis to the same windows."""
         return _fit(hypothesis, self.recording, start, self.fitted.fit.substeps)
 
-    def restarted(self, start: Start) -> Base | None:
+    def improved(self, larger: FittedHypothesis) -> Base | None:
         """Return the base fitted from the numbers of a larger hypothesis, None where that is no better.
 
-        What a law makes up for by leading a fit out of a poor optimum is no evidence for the law.
+        What a law makes up for by leading a fit out of a poor optimum is no evidence for the law. Integration
+        steps that are short enough beside the error of the base may be too long beside that of a law.
         """
-        fitted = self.fit(self.fitted.hypothesis, start)
-        if fitted.fit.loss > (1.0 - BETTER) * self.fitted.fit.loss:
+        simulation = larger.hypothesis.simulation(self.recording)
+        substeps = substeps_needed(simulation, larger.fit.numbers, of_error=OF_ERROR)[0]
+        finer = substeps > self.fitted.fit.substeps
+        steps = max(substeps, self.fitted.fit.substeps)
+        fitted = _fit(self.fitted.hypothesis, self.recording, larger.fit.every, steps)
+        if not finer and fitted.fit.loss > (1.0 - BETTER) * self.fitted.fit.loss:
             return None
         return replace(self, fitted=fitted, residual=Residual.of(fitted))
 

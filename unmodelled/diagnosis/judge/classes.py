@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,12 +37,8 @@ class LawClass:
 
     @property
     def kind(self) -> str:
-        """Return what most of the probability is about, such as dry friction."""
-        kinds: dict[str, float] = {}
-        for one, share in zip(self.members, self.probabilities.tolist(), strict=True):
-            kind = one.row.atom.effect.kind
-            kinds[kind] = kinds.get(kind, 0.0) + share
-        return max(kinds, key=lambda kind: kinds[kind])
+        """Return what the law to name is about, such as dry friction."""
+        return self.speaker.row.atom.effect.kind
 
 
 def stands(one: Refit) -> bool:
@@ -50,16 +46,18 @@ def stands(one: Refit) -> bool:
     return one.nats >= BAR and one.removed >= SHARE
 
 
-def best_class(found: Sequence[Refit]) -> LawClass | None:
+def best_class(
+    found: Sequence[Refit], large: Callable[[Refit], bool] = lambda one: one.removed >= SHARE
+) -> LawClass | None:
     """Return the class of the best law that stands, None if none does.
 
+    Laws must be `large`, by default remove a tenth of the squared residual of the known physics.
     The best one must stand; what explains a share and cannot be told from it needs no evidence of its own.
     The speaker has the fewest numbers; of as many, the most evidence. The others follow by their evidence, of
     the variants of a law at a place the plainest alone.
     """
-    some = [one for one in found if one.nats > 0.0 and one.removed >= SHARE]
-    order = sorted(some, key=lambda one: -one.nats)
-    best = next((one for one in order if stands(one)), None)
+    order = sorted((one for one in found if one.nats > 0.0 and large(one)), key=lambda one: -one.nats)
+    best = next((one for one in order if one.nats >= BAR), None)
     if best is None:
         return None
     near = [one for one in order if best.nats - one.nats <= NEAR_NATS or _is_twin(one, best)]
@@ -74,7 +72,10 @@ def best_class(found: Sequence[Refit]) -> LawClass | None:
 
 
 def _is_twin(one: Refit, best: Refit) -> bool:
-    """Whether a law leaves about as much as the best one, or is a form of it that removes nearly as much."""
+    """Whether a law leaves about as much as the best one, or is a form of it that removes nearly as much.
+
+    Where the best one leaves noise it is true, and so is no form that leaves more.
+    """
     left = np.exp(np.mean(np.log(one.square / best.square)))
     is_form = one.row.about == best.row.about and one.removed >= NEARLY_ALL * best.removed
-    return bool(left <= NEAR_SQUARE) or is_form
+    return bool(left <= NEAR_SQUARE) or (is_form and not best.residual.white)

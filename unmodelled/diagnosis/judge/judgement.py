@@ -11,21 +11,17 @@ from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import Base, bases
-from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, LawClass, best_class, stands
+from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, SHARE, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
 from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.diagnosis.judge.scan import scan
-from unmodelled.effects.effect import USUAL_PERIODS
 
-#: Most laws beside each other.
+#: Most laws of different families beside each other: one at all joints of an arm is one law.
 LAWS = 3
 #: Share of the squared residual above the noise from which laws are the main part of what is missing.
 MAIN = 0.5
-#: Samples per independent one up to which what no law explains is noise: white noise behind a lag that is
-#: usual in a logger.
-WHITE = 1.0 / np.tanh(0.5 / USUAL_PERIODS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +91,7 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
     parent, rounds = look.parent.beside(laws[0].speaker) if laws else look.parent, [look]
 
     # 3. A further law must explain more than a free curve in the arguments of the laws so far.
-    while laws and len(laws) < LAWS:
+    while laws and len({law.speaker.row.atom.effect.family for law in laws}) < LAWS:
         say("look for a further law")
         look, further = _further(parent, laws, workers)
         if further is None:
@@ -124,7 +120,7 @@ def _look(base: Base, carried: Carried, workers: int) -> Look:
         parent = Parent.of(base)
         found = refits(parent, scan(parent.around), workers, carried)
         best = max(found, key=lambda one: one.nats, default=None)
-        better = base.restarted(best.fitted.fit.every) if best is not None and stands(best) else None
+        better = base.improved(best.fitted) if best is not None and stands(best) else None
         if better is None:
             return Look(parent, tuple(found))
         base = better
@@ -141,11 +137,17 @@ def _further(parent: Parent, laws: Sequence[LawClass], workers: int) -> tuple[Lo
     rows = [row for row in scan(parent.around) if row.nats >= BAR]
     rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
     found = refits(parent, rows, workers)
+
+    def large(one: Refit) -> bool:
+        """Whether a law removes a share, or nearly all that is left, or acts elsewhere, too."""
+        gone = float(np.max(1.0 - one.square / parent.around.squares))
+        return one.removed >= SHARE or gone >= NEARLY_ALL or one.row.atom.effect.family in families
+
     look = Look(parent, tuple(found))
-    if best_class(found) is None:
+    if best_class(found, large) is None:
         return look, None
     least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
-    return look, best_class([one for one in found if one.nats >= least])
+    return look, best_class([one for one in found if one.nats >= least], large)
 
 
 def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
@@ -170,7 +172,6 @@ def _is_whole(look: Look, law: Refit) -> bool:
 
 def _verdict(base: Base, left: Residual, matters: bool, named: bool) -> Verdict:
     """Whether what is left is as small as the sensors or white."""
-    white = bool(np.all(left.tau < WHITE))
     if named:
-        return "effect" if white or not base.matters(left) else "main_effect"
-    return "no_gap" if white or not matters else "unknown"
+        return "effect" if left.white or not base.matters(left) else "main_effect"
+    return "no_gap" if left.white or not matters else "unknown"

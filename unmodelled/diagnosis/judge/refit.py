@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from unmodelled.effects.added import Added
 #: Laws of different kinds or places that are refitted at a length; at the place that wins so many of the
 #: plainest and so many of the best ones, too.
 REFITS, SIBLINGS = 6, 2
+#: Share of a linear step from which a law is fitted that cannot be fitted from the whole step.
+SMALLER = 0.1
 #: Faults of a fit that leaves the range of a law: such a law is no answer.
 FAULTS = ArithmeticError, ValueError, KeyError, np.linalg.LinAlgError
 
@@ -36,9 +38,13 @@ class Parent:
     base: Base
     fitted: FittedHypothesis
     residual: Residual
-    around: Linearised
-    weights: Weights  # of the base: nats of all rounds compare
+    around: Linearised  # residuals in their own size and correlation time
     square: Array  # mean squared residual of the base, (outputs,)
+
+    @property
+    def weights(self) -> Weights:
+        """Return the weights of its residuals."""
+        return self.around.weights
 
     @cached_property
     def score(self) -> LeftOutRuns:
@@ -59,12 +65,13 @@ class Parent:
     def of(cls, base: Base) -> Parent:
         """Return the base itself."""
         around = Linearised.of(base.fitted, base.tau)
-        return cls(base, base.fitted, base.residual, around, around.weights, around.squares)
+        return cls(base, base.fitted, base.residual, around, around.squares)
 
     def beside(self, law: Refit) -> Parent:
         """Return the fit with one law more."""
-        around = Linearised.of(law.fitted, self.base.tau, self.weights)
-        return Parent(self.base, law.fitted, law.residual, around, self.weights, self.square)
+        around = Linearised.of(law.fitted, self.base.tau)
+        square = around.squares * self.square / law.square
+        return Parent(self.base, law.fitted, law.residual, around, square)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +158,18 @@ def _fitted(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried 
 
 
 def refit(parent: Parent, row: Row, carried: Start | None = None) -> Refit | None:
-    """Fit a law from its fit to shorter windows or its linear step; None where it cannot be fitted."""
+    """Fit a law from its fit to shorter windows or its linear step; None where it cannot be fitted.
+
+    A linear step of a law with an edge, such as a mass that would be negative, may be too large by far.
+    """
+    first = _tried(parent, row, carried)
+    if first is not None and first.nats > -np.inf:
+        return first
+    return _tried(parent, replace(row, amount=SMALLER * row.amount), None) or first
+
+
+def _tried(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
+    """A law fitted; None where it cannot be."""
     try:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # of a fit that diverged
             return _refit(parent, row, carried)

@@ -7,10 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.effects.effect import USUAL_PERIODS
 
 #: Autocorrelation from which samples count as independent, the usual end of such sums (Geyer 1992).
 INDEPENDENT = 0.05
+#: Samples per independent one up to which what no law explains is noise: white noise behind a lag that is
+#: usual in a logger.
+WHITE = 1.0 / np.tanh(0.5 / USUAL_PERIODS)
 #: Squared residual of a simulation that diverged, in squares of the sensor noise, which can be tiny.
 DIVERGED = 1e18
 
@@ -21,7 +26,12 @@ class Residual:
 
     square: Array  # mean squared residual, in squares of the sensor noise, (outputs,)
     tau: Array  # samples per independent one, (outputs,)
-    diverged: int  # samples without a value
+    diverged: int  # samples that are lost: without a value, or further off than any error that counts
+
+    @property
+    def white(self) -> bool:
+        """Return whether it is noise."""
+        return bool(np.all(self.tau < WHITE))
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Residual:
@@ -35,7 +45,8 @@ class Residual:
         mean = np.array([square[..., j][counted[..., j]].mean() for j in every])
         use = counted & np.isfinite(e)
         tau = [correlation_time(np.nan_to_num(e[..., j]), use[..., j]) for j in every]
-        return cls(mean, np.array(tau), int((counted & ~np.isfinite(e)).sum()))
+        lost = counted & ~(np.abs(e) < LARGEST_ERROR * recording.scale / recording.noise)
+        return cls(mean, np.array(tau), int(lost.sum()))
 
 
 def correlation_time(r: Array, use: Mask) -> float:
