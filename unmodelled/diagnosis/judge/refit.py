@@ -143,10 +143,24 @@ def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried |
         found += _fitted(
             parent, list({row.key: row for row in (*plainest, *best)}.values()), workers, carried
         )
+    found = [_again(parent, one, max(found, key=lambda each: each.nats)) for one in found]
     if carried is not None:
         carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
         carried.nats = {one.row.key: one.nats for one in found}
     return found
+
+
+def _again(parent: Parent, one: Refit, best: Refit) -> Refit:
+    """A plainer form of the best law, also fitted from the numbers of that one; the better of both.
+
+    A form that ended early would be told apart from the law that it is.
+    """
+    plainer = one.row.about == best.row.about and one.row.atom.numbers < best.row.atom.numbers
+    if not plainer or one.nats == -np.inf:
+        return one
+    own = {name: one.fitted.fit.values[name] for name in one.numbers}
+    other = refit(parent, one.row, {**best.fitted.fit.every, **own})
+    return one if other is None or other.nats <= one.nats else other
 
 
 def _fitted(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried | None) -> list[Refit]:
