@@ -242,8 +242,9 @@ def test_the_plainest_law_speaks_that_removes_nearly_as_much(
 ) -> None:
     sizes = (100.0, 0.9), plain, other
     names = "stribeck_friction@joint", "coulomb_friction@joint", "viscous_friction@joint"
+    correlated = replace(rubs[names[0]].residual, tau=np.array([50.0]))
     laws = [
-        replace(rubs[n], nats=nats, removed=share, square=np.array([1.0 - share]))
+        replace(rubs[n], nats=nats, removed=share, square=np.array([1.0 - share]), residual=correlated)
         for n, (nats, share) in zip(names, sizes, strict=True)
     ]
     found = best_class(laws)
@@ -251,6 +252,14 @@ def test_the_plainest_law_speaks_that_removes_nearly_as_much(
     nats = [one.nats for one in found.members[1:]]
     assert nats == sorted(nats, reverse=True) and found.probabilities.sum() == pytest.approx(1.0)
     assert best_class([replace(one, nats=10.0) for one in laws]) is None
+
+
+def test_where_the_best_law_leaves_noise_no_form_that_leaves_more_is_like_it(rubs: dict[str, Refit]) -> None:
+    best, plain = rubs["stribeck_friction@joint"], rubs["coulomb_friction@joint"]
+    assert best.residual.white
+    less = replace(plain, nats=best.nats - 50.0, removed=0.9 * best.removed, square=20.0 * best.square)
+    found = best_class([best, less])
+    assert found is not None and found.members == (best,)
 
 
 def test_the_linear_step_finds_dry_friction(rubbing: Base) -> None:

@@ -182,7 +182,7 @@ def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:
         f"noise floor {found.augmented.gap.floor:.3g} (in standard deviations of the outputs",
         f"theta: {found.known.gap.units['theta'].at_horizon:.2g} rad off after 0.1 s, ",
         f"with the effects found: {found.augmented.gap.units['theta'].says(0.1)}",
-        "on held-out experiments run1, run3)",
+        "on experiments that are left out of the fit, each once)",
         "shrink: 99 % of the squared gap above the noise floor (95 % interval 97 to 100 %)",
         "note: theta was unwrapped",
     ):

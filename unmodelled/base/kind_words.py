@@ -49,7 +49,7 @@ def kind_sentence(effect: Entry) -> str:
 
         The plainest law is named, also where another kind is likelier:
 
-        >>> viscous = {"family": "viscous_friction", "kind": "damping", "probability": 0.33}
+        >>> viscous = {**other, "family": "viscous_friction", "kind": "damping", "probability": 0.33}
         >>> rare = {**other, "confidence": 0.34, "probability": 0.01, "indistinguishable": [viscous]}
         >>> kind_sentence(rare).replace("\xa0", " ").partition(". ")[0]
         'Dry friction at joint, or what these logs cannot tell from it, 34 %'
