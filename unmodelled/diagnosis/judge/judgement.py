@@ -90,8 +90,11 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
     laws = [] if first is None else [first]
     parent, rounds = look.parent.beside(laws[0].speaker) if laws else look.parent, [look]
 
-    # 3. A further law must explain more than a free curve in the arguments of the laws so far.
+    # 3. Where what is left is no noise, a further law must explain more than a free curve in the arguments of
+    #    the laws so far.
     while laws and len({law.speaker.row.atom.effect.family for law in laws}) < LAWS:
+        if parent.residual.white:
+            break
         say("look for a further law")
         look, further = _further(parent, laws, workers)
         if further is None:
@@ -139,9 +142,10 @@ def _further(parent: Parent, laws: Sequence[LawClass], workers: int) -> tuple[Lo
     found = refits(parent, rows, workers)
 
     def large(one: Refit) -> bool:
-        """Whether a law removes a share, or nearly all that is left, or acts elsewhere, too."""
+        """Whether a law removes a share, or nearly all that is left, or acts at another port, too."""
         gone = float(np.max(1.0 - one.square / parent.around.squares))
-        return one.removed >= SHARE or gone >= NEARLY_ALL or one.row.atom.effect.family in families
+        again = one.row.atom.place.kind == "port" and one.row.atom.effect.family in families
+        return one.removed >= SHARE or gone >= NEARLY_ALL or again
 
     look = Look(parent, tuple(found))
     if best_class(found, large) is None:
