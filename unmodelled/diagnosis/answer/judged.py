@@ -43,11 +43,13 @@ def judged(
     #    A law with which the model follows the experiments no better than without is not named.
     progress("fit the models without the parts of the chain that do not pay")
     every = replace(given, held_out=tuple(range(len(logs))))
-    models = _models(found, _with_used_ports(system, found), every)
+    used = _with_used_ports(system, found)
+    models = _models(found, used, every)
     if models.laws < len(found.laws):
         found = found.until(models.laws)
-        models = _models(found, _with_used_ports(system, found), every)
-    study = replace(begun.study, system=_with_used_ports(system, found))
+        used = _with_used_ports(system, found)
+        models = _models(found, used, every)
+    study = replace(begun.study, system=used)
 
     # 5. A network in every port of the known physics is the reference where something is left.
     if found.verdict in ("main_effect", "unknown"):

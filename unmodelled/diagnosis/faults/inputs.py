@@ -23,7 +23,7 @@ def unknown_inputs(trials: Trials, steps: int) -> Iterator[Suspect]:
     their input keeps this value, too; with the input that acted, the run would have their usual error. An
     error of few windows is a push.
     """
-    logs, limits = trials.logs, trials.options
+    logs = trials.logs
     spans = np.array([np.ptp(logs.u[logs.rows(i)], axis=0) for i in range(len(logs))])
     for j, name in enumerate(logs.inputs):
         still = spans[:, j] == 0.0
@@ -31,7 +31,7 @@ def unknown_inputs(trials: Trials, steps: int) -> Iterator[Suspect]:
             continue
         fitted = trials.among(np.flatnonzero(~still).tolist()).refitted(steps).numbers
         shared = None if fitted is None else fitted[:1]  # the same in all runs
-        known = Trials(trials.system, logs, trials.horizon, trials.sensors, limits, shared)
+        known = Trials(trials.system, logs, trials.horizon, trials.sensors, trials.options, shared)
         before = known.typical(known.none, steps)
         usual, runs = float(np.median(before[~still])), np.zeros(len(logs), np.bool_)
         values = np.array([logs.u[logs.rows(i), j][0] for i in range(len(logs))])

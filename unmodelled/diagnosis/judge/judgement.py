@@ -112,9 +112,8 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
         if written is not None:
             look, law = written
             return Judgement("effect", (law,), tuple(looks), (look,), look.parent.beside(law.speaker))
-    if laws and parent.explained < MAIN:
-        return Judgement("unknown", (), tuple(looks), (rounds[0],), rounds[0].parent, first)
-    return Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
+    found = Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
+    return found.until(0) if laws and parent.explained < MAIN else found
 
 
 def _look(base: Base, carried: Carried, workers: int) -> Look:

@@ -143,7 +143,8 @@ def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried |
         found += _fitted(
             parent, list({row.key: row for row in (*plainest, *best)}.values()), workers, carried
         )
-    found = [_again(parent, one, max(found, key=lambda each: each.nats)) for one in found]
+        best_fit = max(found, key=lambda one: one.nats)
+        found = [_again(parent, one, best_fit) for one in found]
     if carried is not None:
         carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
         carried.nats = {one.row.key: one.nats for one in found}
