@@ -27,7 +27,7 @@ def pendulum(folder: Path, *changes: tuple[str, str], text: str = TEXT) -> Syste
 class Bench:
     """What is true: b and mgl are not those of the file, friction is missing there."""
 
-    b: float = 0.015
+    b: float | tuple[float, ...] = 0.015  # of all runs, or one for each
     mgl: float = 1.2
     friction: float | tuple[float, ...] = 0.06  # of all runs, or one for each
     creep: float = 0.05
@@ -66,7 +66,7 @@ class Bench:
         load = load + sum(stiffness * (theta - z) for z in memory)
         u = np.clip(u, -self.limit, self.limit)
         u = np.asarray(self.supply) * (u - np.clip(u, -self.dead_zone, self.dead_zone))
-        rates = [omega, (u - self.b * omega - self.mgl * np.sin(theta) - load) / 0.02]
+        rates = [omega, (u - np.asarray(self.b) * omega - self.mgl * np.sin(theta) - load) / 0.02]
         return np.stack([*rates, *((theta - z) / time for z in memory)])
 
 

@@ -86,7 +86,7 @@ def strangers(found: Judgement) -> tuple[str, ...]:
     if not found.laws:
         return ()
     with_laws, without = found.laws[-1].speaker.score, found.look.parent.score
-    worse = with_laws.square.sum(axis=1) > without.square.sum(axis=1)
+    worse = with_laws.by_run > without.by_run
     around = found.look.parent.around
     return tuple(around.fitted.recording.logs.ids[i] for i in around.runs[worse])
 

@@ -52,21 +52,22 @@ def best_class(
     """Return the class of the best law that stands, None if none does.
 
     Laws must be `large`, by default remove a tenth of the squared residual of the known physics.
-    The best one must stand; what explains a share and cannot be told from it needs no evidence of its own.
+    The best one, by its evidence over all lengths, must stand; what explains a share and cannot be told from
+    it needs no evidence of its own.
     The speaker has the fewest numbers; of as many, the most evidence. The others follow by their evidence, of
     the variants of a law at a place the plainest alone.
     """
-    order = sorted((one for one in found if one.nats > 0.0 and large(one)), key=lambda one: -one.nats)
+    order = sorted((one for one in found if one.nats > 0.0 and large(one)), key=lambda one: -one.overall)
     best = next((one for one in order if one.nats >= BAR), None)
     if best is None:
         return None
-    near = [one for one in order if best.nats - one.nats <= NEAR_NATS or _is_twin(one, best)]
+    near = [one for one in order if best.overall - one.overall <= NEAR_NATS or _is_twin(one, best)]
     near.sort(key=lambda one: one.row.atom.numbers)
     plainest: dict[str, Refit] = {}
     for one in near:
         plainest.setdefault(one.row.name, one)
     speaker, *others = plainest.values()
-    members = speaker, *sorted(others, key=lambda one: -one.nats)
+    members = speaker, *sorted(others, key=lambda one: -one.overall)
     scores = np.stack([one.log_scores for one in members])
     return LawClass(members, probabilities(scores))
 
@@ -74,8 +75,10 @@ def best_class(
 def _is_twin(one: Refit, best: Refit) -> bool:
     """Whether a law leaves about as much as the best one, or is a form of it that removes nearly as much.
 
-    Where the best one leaves noise it is true, and so is no form that leaves more.
+    Where the best one leaves noise it is true, and so is no form that leaves more, or that says less of how
+    experiments differ.
     """
-    left = np.exp(np.mean(np.log(one.square / best.square)))
+    rows = np.log(one.square / best.square)[: 2 if best.residual.white else 1]
+    left = np.exp(rows.mean(axis=1).max())
     is_form = one.row.about == best.row.about and one.removed >= NEARLY_ALL * best.removed
     return bool(left <= NEAR_SQUARE) or (is_form and not best.residual.white)

@@ -16,6 +16,7 @@ import numpy as np
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.columns.columns import Columns
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.judge.tails import scale, shares
 from unmodelled.diagnosis.judge.weights import Weights
 
 #: Sizes of the deviations of experiments, in their plausible size of 10 %: the likeliest of these counts.
@@ -62,16 +63,27 @@ class Elimination:
         return len(self.columns.open.prior)
 
     @cached_property
+    def counts(self) -> Array:
+        """Return how much windows count in steps, (windows, outputs), by what this fit leaves in them."""
+        weighted = self.columns.path.error[:, self.weights.rows] * self.weights.root
+        squares, samples = (weighted**2).sum(axis=1), self.weights.each
+        return shares(squares, samples, scale(squares, samples))
+
+    def _flat(self, columns: Array) -> Array:
+        """Weighted columns (windows, samples, N) of (windows, K, outputs, N), as much as windows count."""
+        return self.weights.flat(columns * np.sqrt(self.counts)[:, None, :, None])
+
+    @cached_property
     def _base(self) -> Array:
         """Weighted columns [open | residual | of experiments], (windows, samples, N)."""
         columns = self.columns
         every = columns.open.columns, columns.path.error[..., None], columns.own.columns
-        return self.weights.flat(np.concatenate(every, axis=3))
+        return self._flat(np.concatenate(every, axis=3))
 
     @cached_property
     def _starts(self) -> tuple[Array, Array, Array]:
         """Columns of the starts of windows, inverse of their products with prior, and the step of `_base`."""
-        S = self.weights.flat(self.columns.starts)
+        S = self._flat(self.columns.starts)
         inverse = np.asarray(np.linalg.inv(S.swapaxes(1, 2) @ S + np.eye(S.shape[2]) / START**2), float)
         return S, inverse, inverse @ (S.swapaxes(1, 2) @ self._base)
 
@@ -98,15 +110,15 @@ class Elimination:
         return self._sums(base.swapaxes(1, 2) @ base - (S.swapaxes(1, 2) @ base).swapaxes(1, 2) @ step)
 
     @cached_property
-    def _of_windows(self) -> Indices:
-        """Places in `runs` of the windows' experiments, (windows,)."""
+    def of_windows(self) -> Indices:
+        """Return the places in `runs` of the experiments of the windows, (windows,)."""
         return np.searchsorted(self.runs, self.columns.path.owner)
 
     @cached_property
     def _sorted(self) -> tuple[Indices, Indices]:
         """Windows by experiment, and the first of each in this order."""
-        order = np.argsort(self._of_windows, kind="stable")
-        return order, np.searchsorted(self._of_windows[order], np.arange(len(self.runs)))
+        order = np.argsort(self.of_windows, kind="stable")
+        return order, np.searchsorted(self.of_windows[order], np.arange(len(self.runs)))
 
     def _sums(self, each: Array) -> Array:
         """Sums over the windows of every experiment."""
@@ -150,7 +162,7 @@ class Elimination:
 
     def products(self, columns: Array) -> Mapping[float, Products]:
         """Return products of [columns | open | residual] by sigma; columns (windows, K, outputs, N)."""
-        X = self.weights.flat(columns)
+        X = self._flat(columns)
         S, inverse, step = self._starts
         T, TS = X.swapaxes(1, 2), X.swapaxes(1, 2) @ S
         XX = self._sums(T @ X - TS @ inverse @ TS.swapaxes(1, 2))
@@ -188,7 +200,7 @@ class Elimination:
         return found
 
     def after(self, steps: Array, sigma: float, change: Array | None = None) -> tuple[Array, Array]:
-        """Return weighted squares (experiments, outputs) after steps (experiments, open) of the open numbers.
+        """Return weighted squares (windows, outputs) after steps (experiments, open) of the open numbers.
 
         A weighted `change` (windows, samples) is added to the residual. Starts and deviations follow, and the
         squares of both in their priors are the second array, (experiments,).
@@ -217,16 +229,16 @@ class Elimination:
         return np.asarray(np.einsum("wsq,wq->ws", inverse, np.einsum("wkq,wk->wq", S, change)))
 
     def _left(self, shared: Array, own: Array, change: Array | None = None) -> tuple[Array, Array]:
-        """Weighted squares (experiments, outputs) with steps and a change, and steps of the starts."""
+        """Weighted squares (windows, outputs) with steps and a change, and steps of the starts."""
         S, _, started = self._starts
-        every = np.concatenate([shared, -own], axis=1)[self._of_windows]
+        every = np.concatenate([shared, -own], axis=1)[self.of_windows]
         start = np.einsum("wsn,wn->ws", started, every)
         left = np.einsum("wkn,wn->wk", self._base, every)
         if change is not None:
             start, left = start + self._started(change), left + change
         left = left - np.einsum("wks,ws->wk", S, start)
         squares = (left.reshape(len(left), -1, self.weights.root.shape[2]) ** 2).sum(axis=1)
-        return self._sums(squares), np.asarray(start)
+        return np.asarray(squares / self.counts), np.asarray(start)
 
 
 def newton_step(products: Array) -> Array:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, SHARE, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.formulas import formulas
-from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit, refits
+from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, completed, refit, refits
 from unmodelled.diagnosis.judge.residual import Residual
-from unmodelled.diagnosis.judge.scan import scan
+from unmodelled.diagnosis.judge.scan import Row, scan
 
 #: Most laws of different families beside each other: one at all joints of an arm is one law.
 LAWS = 3
@@ -29,6 +31,7 @@ class Look:
     """Evidence of laws at one length of the windows."""
 
     parent: Parent
+    rows: tuple[Row, ...]  # every law by its linear step
     refits: tuple[Refit, ...]
 
     @property
@@ -36,10 +39,14 @@ class Look:
         """Return whether the gap of the base matters at this length."""
         return self.parent.base.matters(self.parent.residual)
 
+    def start(self, row: Row) -> Start | None:
+        """Return the numbers of a law that was refitted here, None where it was not."""
+        return next((one.fitted.fit.every for one in self.refits if one.row.key == row.key), None)
+
     def first(self, matters: bool) -> LawClass | None:
         """Return the class that is named; where no gap `matters`, only if it removes nearly all of it."""
         found = best_class(self.refits)
-        if found is None or matters or found.speaker.removed >= NEARLY_ALL:
+        if found is None or matters or max(one.removed for one in found.members) >= NEARLY_ALL:
             return found
         return None
 
@@ -82,28 +89,18 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
         say(f"compare laws over windows of {base.horizon:.3g} s")
         looks.append(_look(base, carried, workers))
 
-    # 2. The longest windows decide; where no law stands over them, shorter ones. A gap that matters over
-    #    windows of one length is one.
+    # 2. A law is ranked by its evidence over windows of all lengths: short ones prefer what is flexible, long
+    #    ones what goes along with everything else that is wrong. The longest over which the best law stands
+    #    decide. A gap that matters over windows of one length is one. Further laws follow the first one.
+    looks = _together(looks, workers)
     matters = any(look.matters for look in looks)
-    look = next((look for look in reversed(looks) if look.first(matters) is not None), looks[-1])
+    look = _deciding(looks)
     first = look.first(matters)
-    laws = [] if first is None else [first]
-    parent, rounds = look.parent.beside(laws[0].speaker) if laws else look.parent, [look]
+    laws, rounds, parent = list[LawClass](), [look], look.parent
+    if first is not None:
+        laws, rounds, parent = _named(look, first, workers, say)
 
-    # 3. Where what is left is no noise, a further law must explain more than a free curve in the arguments of
-    #    the laws so far.
-    while laws and len({law.speaker.row.atom.effect.family for law in laws}) < LAWS:
-        if parent.residual.white:
-            break
-        say("look for a further law")
-        look, further = _further(parent, laws, workers)
-        if further is None:
-            break
-        laws.append(further)
-        rounds.append(look)
-        parent = parent.beside(further.speaker)
-
-    # 4. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
+    # 3. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
     #    law. Laws that leave more than they explain are not what is missing.
     verdict = _verdict(parent.base, parent.residual, matters, bool(laws))
     if verdict in ("main_effect", "unknown"):
@@ -120,23 +117,104 @@ def _look(base: Base, carried: Carried, workers: int) -> Look:
     """Evidence of laws around a base, and around the better one that a law leads to, if there is one."""
     while True:
         parent = Parent.of(base)
-        found = refits(parent, scan(parent.around), workers, carried)
+        rows = scan(parent.around)
+        found = refits(parent, rows, workers, carried)
         best = max(found, key=lambda one: one.nats, default=None)
         better = base.improved(best.fitted) if best is not None and stands(best) else None
         if better is None:
-            return Look(parent, tuple(found))
+            return Look(parent, tuple(rows), tuple(found))
         base = better
 
 
-def _further(parent: Parent, laws: Sequence[LawClass], workers: int) -> tuple[Look, LawClass | None]:
-    """Further laws beside a fit with laws, and the class that is named, or None.
+def _together(looks: Sequence[Look], workers: int) -> list[Look]:
+    """Looks with the best laws of each fitted in all of them, and their evidence overall.
+
+    A law that cannot be fitted at a length is of size zero there. One that is among the best of no length
+    has no overall evidence.
+    """
+    every = [
+        completed(
+            look.parent,
+            look.rows,
+            look.refits,
+            [r for o in looks if o is not look for r in o.refits],
+            workers,
+        )
+        for look in looks
+    ]
+    by_key = [{one.row.key: max(one.nats, -one.price) for one in each} for each in every]
+    shared = set.intersection(*(set(each) for each in by_key))
+    overall = {key: float(np.mean([each[key] for each in by_key])) for key in shared}
+    return [
+        replace(look, refits=tuple(replace(one, overall=overall.get(one.row.key, -np.inf)) for one in each))
+        for look, each in zip(looks, every, strict=True)
+    ]
+
+
+def _deciding(looks: Sequence[Look]) -> Look:
+    """The longest look at which the best law of those that stand anywhere stands."""
+    standing = [
+        (one.overall, k, one.row.key) for k, look in enumerate(looks) for one in look.refits if stands(one)
+    ]
+    best = max(standing, default=None)
+    if best is None:
+        return looks[-1]
+    return looks[max(k for _, k, key in standing if key == best[2])]
+
+
+def _named(
+    look: Look, first: LawClass, workers: int, say: Callable[[str], None], gone: Collection[str] = ()
+) -> tuple[list[LawClass], list[Look], Parent]:
+    """The first class with further ones, the looks in which they were found, and the fit with all of them.
+
+    Where what is left is no noise, a further law must explain more than a free curve in the arguments of the
+    laws so far. A first law that does not pay beside the others made up for the second, which is then the
+    first, without those that are `gone`.
+    """
+    laws, rounds, parent = [first], [look], look.parent.beside(first.speaker)
+    while len({law.speaker.row.atom.effect.family for law in laws}) < LAWS and not parent.residual.white:
+        say("look for a further law")
+        beside, further = _further(parent, laws, workers, gone)
+        if further is None:
+            break
+        laws.append(further)
+        rounds.append(beside)
+        parent = parent.beside(further.speaker)
+    second = _as_first(look, laws[1]) if len(laws) > 1 and not gone else None
+    if second is None or _pays(look, laws, parent):
+        return laws, rounds, parent
+    return _named(look, second, workers, say, {one.row.name for one in first.members})
+
+
+def _pays(look: Look, laws: Sequence[LawClass], final: Parent) -> bool:
+    """Whether the first of some laws pays beside the others; yes where these cannot be fitted alone."""
+    parent, first = look.parent, laws[0].speaker
+    for law in laws[1:]:
+        one = refit(parent, law.speaker.row, look.start(law.speaker.row))
+        if one is None or one.nats == -np.inf:
+            return True
+        parent = parent.beside(one)
+    whole = Linearised.of(final.fitted, final.base.tau, parent.weights)
+    return whole.evidence - parent.around.evidence - first.price >= BAR
+
+
+def _as_first(look: Look, law: LawClass) -> LawClass | None:
+    """A law that was found beside another one, with those that are like it where it is alone; or None."""
+    own = [one.overall for one in look.refits if one.row.key == law.speaker.row.key]
+    return best_class([one for one in look.refits if one.overall <= own[0]]) if own else None
+
+
+def _further(
+    parent: Parent, laws: Sequence[LawClass], workers: int, gone: Collection[str]
+) -> tuple[Look, LawClass | None]:
+    """Further laws beside a fit with laws, and the class that is named, or None; none of those that are gone.
 
     The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
     stand in for each other, never beside each other, but for a law about another one, such as its drift.
     """
     named = [law.speaker.row.about for law in laws]
     families = {law.speaker.row.atom.effect.family for law in laws}
-    rows = [row for row in scan(parent.around) if row.nats >= BAR]
+    rows = [row for row in scan(parent.around) if row.nats >= BAR and row.name not in gone]
     rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
     found = refits(parent, rows, workers)
 
@@ -146,7 +224,7 @@ def _further(parent: Parent, laws: Sequence[LawClass], workers: int) -> tuple[Lo
         again = one.row.atom.place.kind == "port" and one.row.atom.effect.family in families
         return one.removed >= SHARE or gone >= NEARLY_ALL or again
 
-    look = Look(parent, tuple(found))
+    look = Look(parent, tuple(rows), tuple(found))
     if best_class(found, large) is None:
         return look, None
     least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
@@ -164,7 +242,8 @@ def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
             one for look, one in zip(looks, fits, strict=True) if one is not None and _is_whole(look, one)
         ]
         if len(whole) == len(looks):
-            return Look(looks[-1].parent, (*looks[-1].refits, whole[-1])), LawClass((whole[-1],), np.ones(1))
+            longest = replace(looks[-1], refits=(*looks[-1].refits, whole[-1]))
+            return longest, LawClass((whole[-1],), np.ones(1))
     return None
 
 

@@ -7,12 +7,14 @@ The experiment that is left out keeps its starts and its own deviations, as a pr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from unmodelled.base.arrays import Array
+from unmodelled.base.arrays import Array, Indices
 from unmodelled.diagnosis.judge.elimination import newton_step
 from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.diagnosis.judge.tails import log_densities, scale
 
 #: Draws of the weights of experiments for the probabilities of laws.
 DRAWS, SEED = 4000, 0
@@ -22,9 +24,10 @@ DRAWS, SEED = 4000, 0
 class LeftOutRuns:
     """Predictions of experiments by fits to the others."""
 
-    square: Array  # weighted squared residual when it is left out, (experiments, outputs)
-    fitted: Array  # the same when it is not, (experiments, outputs)
-    samples: Array  # independent samples, (experiments, outputs)
+    square: Array  # weighted squared residual when its experiment is left out, (windows, outputs)
+    fitted: Array  # the same when it is not, (windows, outputs)
+    samples: Array  # independent samples, (windows, outputs)
+    owner: Indices  # experiments of the windows, (windows,)
     price: Array  # nats that starts and deviations of an experiment that is left out cost, (experiments,)
     steps: Array  # of the open numbers in fits to the others, (experiments, open), in plausible sizes
 
@@ -36,30 +39,37 @@ class LeftOutRuns:
         steps = np.array([newton_step(around.normal - several * own) for own in products.each])
         square, penalty = around.after(steps, around.sigma)
         fitted, _ = around.settled
-        root, owner = around.weights.root, around.columns.path.owner
-        own = np.array([(root[owner == run] ** 2).sum(axis=(0, 1)) for run in around.runs])
-        share = own / np.maximum(own.sum(axis=0), 1e-300)
-        return cls(square, fitted, share * around.weights.each, 0.5 * penalty + products.price, steps)
+        price = 0.5 * penalty + products.price
+        return cls(square, fitted, around.weights.each, around.of_windows, price, steps)
+
+    def _sums(self, each: Array) -> Array:
+        """Sums over the windows of every experiment."""
+        return np.asarray(np.bincount(self.owner, each.sum(axis=1), len(self.price)), float)
+
+    @property
+    def by_run(self) -> Array:
+        """Return weighted squared residuals of experiments that are left out, (experiments,)."""
+        return self._sums(self.square)
 
     @property
     def worse(self) -> Array:
         """Return how many times larger each residual, (experiments,), is when it is left out; at least 1."""
-        ratio = self.square.sum(axis=1) / np.maximum(self.fitted.sum(axis=1), 1e-300)
+        ratio = self.by_run / np.maximum(self._sums(self.fitted), 1e-300)
         return np.asarray(np.sqrt(np.maximum(ratio, 1.0)))
 
-    @property
+    @cached_property
     def log_scores(self) -> Array:
         """Return the log densities, shape (experiments,), of experiments left out, in nats.
 
-        The variance is that of the other experiments, so that a law that fails in one of them pays for it.
+        The scale is that of the other experiments, so that a law that fails in one of them pays for it.
         """
-        others = (self.fitted.sum(axis=0) - self.fitted) / np.maximum(
-            self.samples.sum(axis=0) - self.samples, 1e-300
-        )
-        alone = self.fitted / np.maximum(self.samples, 1e-300)
-        variance = np.maximum(others if len(self.fitted) > 1 else alone, 1e-300)
-        each = -0.5 * self.samples * np.log(variance) - 0.5 * self.square / variance
-        return np.asarray(each.sum(axis=1) - self.price)
+        found = np.zeros(len(self.price))
+        for run in range(len(found)):
+            mine = self.owner == run
+            others = ~mine if len(found) > 1 else mine
+            usual = scale(self.fitted[others], self.samples[others])
+            found[run] = log_densities(self.square[mine], self.samples[mine], usual).sum()
+        return found - self.price
 
 
 def probabilities(scores: Array) -> Array:

@@ -18,6 +18,7 @@ from unmodelled.diagnosis.columns.columns import Columns
 from unmodelled.diagnosis.columns.path import Path
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.elimination import SIGMAS, Elimination, Products, Reduced, newton_step
+from unmodelled.diagnosis.judge.tails import log_densities, scale
 from unmodelled.diagnosis.judge.weights import Weights
 
 #: Standard errors up to which the mean of deviations is chance.
@@ -70,26 +71,33 @@ class Linearised(Elimination):
 
     @cached_property
     def settled(self) -> tuple[Array, Array]:
-        """Return squares (experiments, outputs) and penalties after a step of the open numbers: `after`."""
+        """Return squares (windows, outputs) and penalties after a step of the open numbers: `after`."""
         return self.after(np.tile(newton_step(self.normal), (len(self.runs), 1)), self.sigma)
 
     @cached_property
     def squares(self) -> Array:
-        """Return weighted mean squares (outputs,) where deviations of experiments have no mean beyond chance.
+        """Return weighted mean squares (3, outputs): with deviations of experiments, without; usual ones.
 
         What all experiments share is no deviation: a gain that is wrong in all of them is not explained by
-        each having its own. The open numbers follow.
+        each having its own, and deviations have no mean beyond chance. A new experiment has deviations that
+        nobody knows: a law that says which ones, such as a drift, makes the second row smaller. The third is
+        that of the usual window: few windows that nothing predicts hide from it, and laws that act in few.
         """
         shared = np.tile(np.append(-newton_step(self.normal), 1.0), (len(self.runs), 1))
         own, (_, at, scaled) = self._moved(shared, self.sigma), self._own
-        own = own - np.where(scaled, beyond_chance(at + own), 0.0)
+        known = own - np.where(scaled, beyond_chance(at + own), 0.0)
+        ours, new = self._without(known), self._without(np.where(scaled, -at, own))
+        return np.stack([self._mean(ours), self._mean(new), scale(ours, self.weights.each)])
+
+    def _without(self, own: Array) -> Array:
+        """Weighted squares (windows, outputs) with some deviations (experiments, N); open numbers follow."""
         many = self.opened + 1
         chosen = np.zeros((len(own), self._by_run.shape[1], many))
         chosen[:, :many] = np.eye(many)
         chosen[:, many:, -1] = -own
         normal = np.einsum("rni,rnm,rmj->ij", chosen, self._by_run, chosen) + self.prior
         shared = np.tile(np.append(-newton_step(normal), 1.0), (len(self.runs), 1))
-        return self._mean(self._left(shared, own)[0])
+        return self._left(shared, own)[0]
 
     @property
     def pooled_of_fit(self) -> float:
@@ -121,7 +129,7 @@ class Linearised(Elimination):
 
         It is there beside a step (open,) of the open numbers.
         """
-        change = self.weights.flat(-added[..., None])[..., 0]
+        change = self._flat(-added[..., None])[..., 0]
         return self._evidence(step, self.after(np.tile(step, (len(self.runs), 1)), sigma, change), sigma)
 
     def _evidence(self, step: Array, after: tuple[Array, Array], sigma: float) -> float:
@@ -134,11 +142,13 @@ class Linearised(Elimination):
         moved = np.append(-step, 1.0)
         off = float(moved @ self.prior @ moved) + float(penalty.sum())
         price = float(self.bare[sigma].price.sum())
-        return float(-0.5 * self.weights.each @ np.log(self._mean(squares)) - 0.5 * off - price)
+        each = self.weights.each
+        return float(log_densities(squares, each, scale(squares, each)).sum() - 0.5 * off - price)
 
     def _mean(self, squares: Array) -> Array:
-        """Weighted mean squares (outputs,) of (experiments, outputs)."""
-        return np.asarray(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(self.weights.each, 1e-300))
+        """Weighted mean squares (outputs,) of (windows, outputs)."""
+        each = self.weights.each.sum(axis=0)
+        return np.asarray(np.maximum(squares.sum(axis=0), 1e-300) / np.maximum(each, 1e-300))
 
     def likelihood(self, square: float, price: float) -> float:
         """Return the log likelihood of a squared residual whose variance is unknown, less a price."""

@@ -39,7 +39,7 @@ class Parent:
     fitted: FittedHypothesis
     residual: Residual
     around: Linearised  # residuals in their own size and correlation time
-    square: Array  # mean squared residual of the base, (outputs,)
+    square: Array  # mean squared residual of the base, as `Linearised.squares`, (3, outputs)
 
     @property
     def weights(self) -> Weights:
@@ -55,11 +55,15 @@ class Parent:
     def explained(self) -> float:
         """Return the share of the squared residual of the base that is gone, where it is largest.
 
-        In outputs whose gap matters, the noise of the sensors is no part of it: no law explains that.
+        In outputs whose gap matters, the noise of the sensors is no part of it: no law explains that. Where
+        the base leaves no more than noise, a law can only say how experiments deviate.
         """
         square = self.base.residual.square
+        ours, new, usual = 1.0 - self.around.squares / self.square
+        if not np.any(square > NOISES**2):
+            return float(new.max())
         above = np.where(square > NOISES**2, 1.0 - 1.0 / square, 1.0)
-        return float(np.minimum((1.0 - self.around.squares / self.square) / above, 1.0).max())
+        return float(np.minimum(np.maximum(ours, usual) / above, 1.0).max())
 
     @classmethod
     def of(cls, base: Base) -> Parent:
@@ -83,9 +87,10 @@ class Refit:
     residual: Residual
     score: LeftOutRuns
     nats: float  # evidence over its parent; -inf if the fit is worse than that of its parent
+    overall: float  # the same over windows of every length, in the mean, where others were compared
     price: float  # of its numbers and shapes, nats
-    square: Array  # mean squared residual, weighted, (outputs,)
-    removed: float  # share of the squared residual of the base, of the output where it is largest
+    square: Array  # mean squared residual, weighted, as `Linearised.squares`, (3, outputs)
+    removed: float  # share of the squared residual of the base, of that in `square` where it is largest
 
     @property
     def added(self) -> Added:
@@ -152,16 +157,28 @@ def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried |
 
 
 def _again(parent: Parent, one: Refit, best: Refit) -> Refit:
-    """A plainer form of the best law, also fitted from the numbers of that one; the better of both.
+    """A plainer law than the best one at its place, also fitted from the numbers of that; the better of both.
 
-    A form that ended early would be told apart from the law that it is.
+    A law that ended early would be told apart from the one that holds it.
     """
-    plainer = one.row.about == best.row.about and one.row.atom.numbers < best.row.atom.numbers
+    plainer = one.row.place == best.row.place and one.row.atom.numbers < best.row.atom.numbers
     if not plainer or one.nats == -np.inf:
         return one
     own = {name: one.fitted.fit.values[name] for name in one.numbers}
     other = refit(parent, one.row, {**best.fitted.fit.every, **own})
     return one if other is None or other.nats <= one.nats else other
+
+
+def completed(
+    parent: Parent, rows: Sequence[Row], own: Sequence[Refit], others: Sequence[Refit], workers: int
+) -> list[Refit]:
+    """Return the refits of a length, with those of the laws that are best at another length."""
+    known = {one.row.key for one in own}
+    best = sorted((one for one in others if one.nats > 0.0), key=lambda one: -one.nats)[:REFITS]
+    starts = {one.row.key: one.fitted.fit.every for one in best if one.row.key not in known}
+    here = [[row for row in rows if row.key == key] for key in starts]
+    wanted = [max(each, key=lambda row: row.nats) for each in here if each]
+    return [*own, *_fitted(parent, wanted, workers, Carried(starts))]
 
 
 def _fitted(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried | None) -> list[Refit]:
@@ -210,7 +227,7 @@ def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
     removed: Array = (parent.around.squares - around.squares) / parent.square
     own = -np.inf if failed else nats
     scores, share = LeftOutRuns.of(around), float(removed.max())
-    return Refit(row, fitted, residual, scores, own, price, around.squares, share)
+    return Refit(row, fitted, residual, scores, own, own, price, around.squares, share)
 
 
 def _linear(larger: Hypothesis, row: Row) -> dict[str, float]:
