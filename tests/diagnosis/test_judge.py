@@ -269,12 +269,12 @@ def rubs(rubbing: Base) -> dict[str, Refit]:
     ("plain", "other", "named"),
     [
         # nats and shares that are removed beside 100 nats and 0.9 of a Stribeck curve
-        *(((60.0, 0.75), (70.0, 0.75), "coulomb_friction"), ((60.0, 0.7), (91.0, 0.7), "viscous_friction")),
-        *(((91.0, 0.2), (60.0, 0.7), "coulomb_friction"), ((5.0, 0.75), (4.0, 0.9), "coulomb_friction")),
+        *(((60.0, 0.75), (70.0, 0.75), "stribeck_friction"), ((60.0, 0.7), (91.0, 0.7), "viscous_friction")),
+        *(((91.0, 0.2), (60.0, 0.7), "coulomb_friction"), ((5.0, 0.75), (4.0, 0.9), "viscous_friction")),
         *(((-1.0, 0.75), (60.0, 0.7), "stribeck_friction"), ((60.0, 0.7), (60.0, 0.86), "viscous_friction")),
     ],
 )
-def test_the_plainest_law_speaks_that_removes_nearly_as_much(
+def test_the_plainest_law_speaks_that_explains_as_much(
     rubs: dict[str, Refit], plain: tuple[float, float], other: tuple[float, float], named: str
 ) -> None:
     sizes = (100.0, 0.9), plain, other

@@ -54,15 +54,19 @@ def best_class(
     Laws must be `large`, by default remove a tenth of the squared residual of the known physics.
     The best one, by its evidence over all lengths, must stand; what explains a share and cannot be told from
     it needs no evidence of its own.
-    The speaker has the fewest numbers; of as many, the most evidence. The others follow by their evidence, of
-    the variants of a law at a place the plainest alone.
+    The speaker has the fewest numbers of those that explain as much; of as many, the most evidence. Forms of
+    the best law that explain less, and the others, follow by their evidence, of the variants of a law at a
+    place the plainest alone.
     """
     order = sorted((one for one in found if one.nats > 0.0 and large(one)), key=lambda one: -one.overall)
     best = next((one for one in order if one.nats >= BAR), None)
     if best is None:
         return None
-    near = [one for one in order if best.overall - one.overall <= NEAR_NATS or _is_twin(one, best)]
-    near.sort(key=lambda one: one.row.atom.numbers)
+    as_good = [
+        one for one in order if best.overall - one.overall <= NEAR_NATS or _leaves_as_little(one, best)
+    ]
+    forms = [one for one in order if one not in as_good and _is_form(one, best)]
+    near = [one for own in (as_good, forms) for one in sorted(own, key=lambda one: one.row.atom.numbers)]
     plainest: dict[str, Refit] = {}
     for one in near:
         plainest.setdefault(one.row.name, one)
@@ -72,13 +76,13 @@ def best_class(
     return LawClass(members, probabilities(scores))
 
 
-def _is_twin(one: Refit, best: Refit) -> bool:
-    """Whether a law leaves about as much as the best one, or is a form of it that removes nearly as much.
-
-    Where the best one leaves noise it is true, and so is no form that leaves more, or that says less of how
-    experiments differ.
-    """
+def _leaves_as_little(one: Refit, best: Refit) -> bool:
+    """Whether a law leaves about as much as the best; of new experiments, too, where that leaves noise."""
     rows = np.log(one.square / best.square)[: 2 if best.residual.white else 1]
-    left = np.exp(rows.mean(axis=1).max())
-    is_form = one.row.about == best.row.about and one.removed >= NEARLY_ALL * best.removed
-    return bool(left <= NEAR_SQUARE) or (is_form and not best.residual.white)
+    return bool(np.exp(rows.mean(axis=1).max()) <= NEAR_SQUARE)
+
+
+def _is_form(one: Refit, best: Refit) -> bool:
+    """Whether a law is a form of the best one that removes nearly as much, where that leaves something."""
+    nearly = one.row.about == best.row.about and one.removed >= NEARLY_ALL * best.removed
+    return nearly and not best.residual.white

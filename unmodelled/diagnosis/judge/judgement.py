@@ -44,11 +44,14 @@ class Look:
         return next((one.fitted.fit.every for one in self.refits if one.row.key == row.key), None)
 
     def first(self, matters: bool) -> LawClass | None:
-        """Return the class that is named; where no gap `matters`, only if it removes nearly all of it."""
+        """Return the class that is named; where no gap `matters`, only if it leaves nearly nothing.
+
+        That is if a law removes nearly all of the gap, or leaves noise where the base does not.
+        """
         found = best_class(self.refits)
         if found is None or matters or max(one.removed for one in found.members) >= NEARLY_ALL:
             return found
-        return None
+        return found if found.speaker.residual.white and not self.parent.residual.white else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,11 +221,16 @@ def _further(
     rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
     found = refits(parent, rows, workers)
 
+    matters = parent.base.matters(parent.residual)
+
     def large(one: Refit) -> bool:
-        """Whether a law removes a share, or nearly all that is left, or acts at another port, too."""
-        gone = float(np.max(1.0 - one.square / parent.around.squares))
+        """Whether a law removes a share, or nearly all that is left, or acts at another port, too.
+
+        Where what is left does not matter, only what removes nearly all of it.
+        """
         again = one.row.atom.place.kind == "port" and one.row.atom.effect.family in families
-        return one.removed >= SHARE or gone >= NEARLY_ALL or again
+        nearly_all = parent.gone(one) >= NEARLY_ALL
+        return nearly_all or (matters and (one.removed >= SHARE or again))
 
     look = Look(parent, tuple(rows), tuple(found))
     if best_class(found, large) is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -23,7 +23,7 @@ from unmodelled.diagnosis.judge.weights import Weights
 from unmodelled.effects.added import Added
 
 #: Laws of different kinds or places that are refitted at a length; at the place that wins so many of the
-#: plainest and so many of the best ones, too.
+#: plainest and so many of the best ones, too, and one of every family of the kind that wins.
 REFITS, SIBLINGS = 6, 2
 #: Share of a linear step from which a law is fitted that cannot be fitted from the whole step.
 SMALLER = 0.1
@@ -55,15 +55,15 @@ class Parent:
     def explained(self) -> float:
         """Return the share of the squared residual of the base that is gone, where it is largest.
 
-        In outputs whose gap matters, the noise of the sensors is no part of it: no law explains that. Where
-        the base leaves no more than noise, a law can only say how experiments deviate.
+        In outputs whose gap matters, the noise of the sensors is no part of it: no law explains that.
         """
         square = self.base.residual.square
-        ours, new, usual = 1.0 - self.around.squares / self.square
-        if not np.any(square > NOISES**2):
-            return float(new.max())
         above = np.where(square > NOISES**2, 1.0 - 1.0 / square, 1.0)
-        return float(np.minimum(np.maximum(ours, usual) / above, 1.0).max())
+        return float(np.minimum(_gone(self.square, self.around.squares, square) / above, 1.0).max())
+
+    def gone(self, law: Refit) -> float:
+        """Return the share of the squared residual of this fit that a law removes, where it is largest."""
+        return float(_gone(self.around.squares, law.square, self.residual.square).max())
 
     @classmethod
     def of(cls, base: Base) -> Parent:
@@ -113,6 +113,16 @@ class Refit:
         return {n: (float(fit.values[n]), float(np.sqrt(fit.variance(n)))) for n in names}
 
 
+def _gone(before: Array, after: Array, square: Array) -> Array:
+    """Shares (outputs,) of squared residuals, as `Linearised.squares`, that are gone.
+
+    Beside residuals `square`, in sensor noise, that are above it. Where all are as small as the noise, a law
+    can only say how experiments deviate.
+    """
+    ours, new, usual = 1.0 - after / before
+    return np.asarray(np.maximum(ours, usual) if np.any(square > NOISES**2) else new)
+
+
 @dataclass
 class Carried:
     """Fits of shorter windows by law, from which those of longer ones start."""
@@ -133,27 +143,37 @@ def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried |
     The place is decided first, the form after it: the best laws of a linear step are often forms of one law.
     `carried` learns the fits.
     """
-    several = dict[tuple[object, ...], Row]()
-    for row in sorted((row for row in rows if row.nats > 0.0), key=lambda row: -row.nats):
-        several.setdefault(row.about, row)
-    wanted = list(several.values())[:REFITS]
+    wanted = _best_by((row for row in rows if row.nats > 0.0), lambda row: row.about)[:REFITS]
     known = {row.key for row in wanted}
     wanted += [row for row in carried.among(rows) if row.key not in known] if carried else []
     found = _fitted(parent, wanted, workers, carried)
     if found:
-        winner, known = max(found, key=lambda one: one.nats).row, {one.row.key for one in found}
-        others = [row for row in rows if row.place == winner.place and row.key not in known]
-        plainest = sorted(others, key=lambda row: (row.atom.numbers, -row.nats))[:SIBLINGS]
-        best = sorted(others, key=lambda row: -row.nats)[:SIBLINGS]
-        found += _fitted(
-            parent, list({row.key: row for row in (*plainest, *best)}.values()), workers, carried
-        )
+        found += _fitted(parent, _siblings(rows, found), workers, carried)
         best_fit = max(found, key=lambda one: one.nats)
         found = [_again(parent, one, best_fit) for one in found]
     if carried is not None:
         carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
         carried.nats = {one.row.key: one.nats for one in found}
     return found
+
+
+def _best_by(rows: Iterable[Row], about: Callable[[Row], object]) -> list[Row]:
+    """The best row of each of what they are about, the best first."""
+    found = dict[object, Row]()
+    for row in sorted(rows, key=lambda row: -row.nats):
+        found.setdefault(about(row), row)
+    return list(found.values())
+
+
+def _siblings(rows: Sequence[Row], found: Sequence[Refit]) -> list[Row]:
+    """The plainest and the best other laws at the place that wins, and one of every family of its kind."""
+    winner, known = max(found, key=lambda one: one.nats).row, [one.row for one in found]
+    keys, names = {row.key for row in known}, {row.name for row in known}
+    here = [row for row in rows if row.place == winner.place and row.key not in keys]
+    plainest = sorted(here, key=lambda row: (row.atom.numbers, -row.nats))[:SIBLINGS]
+    best = sorted(here, key=lambda row: -row.nats)[:SIBLINGS]
+    kin = [row for row in here if row.about == winner.about and row.name not in names]
+    return list({row.key: row for row in (*plainest, *best, *_best_by(kin, lambda row: row.name))}.values())
 
 
 def _again(parent: Parent, one: Refit, best: Refit) -> Refit:
