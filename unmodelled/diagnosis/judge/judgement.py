@@ -10,7 +10,6 @@ import numpy as np
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, SHARE, LawClass, best_class, stands
 from unmodelled.diagnosis.judge.curves import free_curves
@@ -39,9 +38,9 @@ class Look:
         """Return whether the gap of the base matters at this length."""
         return self.parent.base.matters(self.parent.residual)
 
-    def start(self, row: Row) -> Start | None:
-        """Return the numbers of a law that was refitted here, None where it was not."""
-        return next((one.fitted.fit.every for one in self.refits if one.row.key == row.key), None)
+    def alone(self, law: LawClass) -> Refit | None:
+        """Return a law that was found beside another one as it was refitted here, None where it was not."""
+        return next((one for one in self.refits if one.row.key == law.speaker.row.key), None)
 
     def first(self, matters: bool) -> LawClass | None:
         """Return the class that is named; where no gap `matters`, only if it leaves nearly nothing.
@@ -193,7 +192,8 @@ def _pays(look: Look, laws: Sequence[LawClass], final: Parent) -> bool:
     """Whether the first of some laws pays beside the others; yes where these cannot be fitted alone."""
     parent, first = look.parent, laws[0].speaker
     for law in laws[1:]:
-        one = refit(parent, law.speaker.row, look.start(law.speaker.row))
+        own = look.alone(law)
+        one = refit(parent, law.speaker.row, None if own is None else own.fitted.fit.every)
         if one is None or one.nats == -np.inf:
             return True
         parent = parent.beside(one)
@@ -203,8 +203,8 @@ def _pays(look: Look, laws: Sequence[LawClass], final: Parent) -> bool:
 
 def _as_first(look: Look, law: LawClass) -> LawClass | None:
     """A law that was found beside another one, with those that are like it where it is alone; or None."""
-    own = [one.overall for one in look.refits if one.row.key == law.speaker.row.key]
-    return best_class([one for one in look.refits if one.overall <= own[0]]) if own else None
+    own = look.alone(law)
+    return None if own is None else best_class([r for r in look.refits if r.overall <= own.overall])
 
 
 def _further(

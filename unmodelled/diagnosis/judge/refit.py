@@ -130,6 +130,11 @@ class Carried:
     starts: dict[tuple[str, str], Start] = field(default_factory=dict)
     nats: dict[tuple[str, str], float] = field(default_factory=dict)
 
+    def learn(self, found: Sequence[Refit]) -> None:
+        """Keep the numbers of fits, and rank by their evidence."""
+        self.starts |= {one.row.key: one.fitted.fit.every for one in found}
+        self.nats = {one.row.key: one.nats for one in found}
+
     def among(self, rows: Sequence[Row], most: int = 3) -> list[Row]:
         """Return the rows of the best laws of the last length, each with its best shape here."""
         best = sorted(self.nats, key=lambda key: -self.nats[key])[:most]
@@ -152,8 +157,7 @@ def refits(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried |
         best_fit = max(found, key=lambda one: one.nats)
         found = [_again(parent, one, best_fit) for one in found]
     if carried is not None:
-        carried.starts |= {one.row.key: one.fitted.fit.every for one in found}
-        carried.nats = {one.row.key: one.nats for one in found}
+        carried.learn(found)
     return found
 
 
@@ -193,12 +197,10 @@ def completed(
     parent: Parent, rows: Sequence[Row], own: Sequence[Refit], others: Sequence[Refit], workers: int
 ) -> list[Refit]:
     """Return the refits of a length, with those of the laws that are best at another length."""
-    known = {one.row.key for one in own}
-    best = sorted((one for one in others if one.nats > 0.0), key=lambda one: -one.nats)[:REFITS]
-    starts = {one.row.key: one.fitted.fit.every for one in best if one.row.key not in known}
-    here = [[row for row in rows if row.key == key] for key in starts]
-    wanted = [max(each, key=lambda row: row.nats) for each in here if each]
-    return [*own, *_fitted(parent, wanted, workers, Carried(starts))]
+    known, carried = {one.row.key for one in own}, Carried()
+    carried.learn([one for one in others if one.nats > 0.0])
+    missing = [row for row in carried.among(rows, REFITS) if row.key not in known]
+    return [*own, *_fitted(parent, missing, workers, carried)]
 
 
 def _fitted(parent: Parent, rows: Sequence[Row], workers: int, carried: Carried | None) -> list[Refit]:

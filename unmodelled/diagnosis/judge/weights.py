@@ -35,7 +35,7 @@ class Weights:
         step = max(1, min(K // FEWEST, int(np.ceil(windows * K / MOST))))
         rows = np.arange(step - 1, K, step)[: max(1, K // step)]
         error, use = path.error[:, rows], path.root[:, rows] > 0.0
-        usual, counted, share = np.ones(outputs), use.sum(axis=1), np.ones((windows, outputs))
+        counted, share = use.sum(axis=1), np.ones((windows, outputs))
         for _ in range(PASSES):
             counting = error * np.sqrt(share)[:, None]
             tau = np.array([correlation_time(counting[..., j], use[..., j]) for j in range(outputs)])
