@@ -29,6 +29,7 @@ from tests.machines.folders import Array, changed, system_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.faults.fits import owners
 from unmodelled.diagnosis.faults.look import without_copies
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.inspection.inspect import inspect
@@ -263,6 +264,24 @@ def held(column: str, samples: int) -> Callable[[Frames], Frames]:
 
 def as_measurement(output: str, command: str) -> Callable[[Frames], Frames]:
     return lambda frames: {name: f.assign(**{output: 0.01 * f[command] - 2.0}) for name, f in frames.items()}
+
+
+@pytest.mark.parametrize(
+    ("fits", "owner"),
+    [
+        ({(0, 1): 0.01, (1, 0): 0.02}, [1, 0, 2, 3]),
+        ({(0, 1): 0.01, (1, 3): 0.02, (3, 0): 0.01}, [1, 3, 2, 0]),
+        ({(0, 3): 0.01, (1, 3): 0.02}, [0, 1, 2, 3]),  # of a drive that follows late: no file belongs to two
+        ({(0, 1): 0.01, (1, 2): 0.02}, [0, 1, 2, 3]),
+    ],
+    ids=["two", "three", "one for two", "no circle"],
+)
+def test_files_are_exchanged_in_circles(fits: dict[tuple[int, int], float], owner: list[int]) -> None:
+    share = np.full((4, 4), 3.0)
+    np.fill_diagonal(share, 1.0)
+    for pair, left in fits.items():
+        share[pair] = left
+    assert owners(share, 0.1).tolist() == owner
 
 
 #: Machine, damage, fault with its channels and whether it decides.

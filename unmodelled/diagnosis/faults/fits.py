@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy.optimize import linear_sum_assignment, minimize_scalar
 
-from unmodelled.base.arrays import Array, Mask
+from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.diagnosis.faults.corrected_logs import Correction
 from unmodelled.diagnosis.faults.questions import (
     TIME_CHANNEL,
@@ -84,20 +84,36 @@ def factors_of(trials: Trials, steps: int, some: Mask) -> Iterator[Question]:
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Yield whether runs have inputs of others, where these leave far less than `before` (experiments,)."""
-    logs = trials.logs
-    if not logs.inputs or not 1 < len(logs) <= MOST_RUNS:
+    """Yield whether files were exchanged: inputs of others leave far less than `before` (experiments,).
+
+    Every file belongs to one run, so that the inputs of others fit in a circle of runs, or none were exchanged:
+    a drive that follows its command late may fit that of some other run better, too.
+    """
+    logs, many = trials.logs, len(trials.logs)
+    if not logs.inputs or not 1 < many <= MOST_RUNS:
         return
-    tried = np.arange(1, len(logs))
-    squares = np.array(
-        [
-            trials.square(Correction.replaced(logs, inputs_of_other_runs(logs, k)), steps)
-            for k in tried.tolist()
-        ]
+    each = np.array(
+        [trials.square(Correction.replaced(logs, inputs_of_other_runs(logs, k)), steps) for k in range(many)]
     )
-    better = squares.min(axis=0) < (1.0 - trials.options.fault_share) * before
-    if better.any():
-        yield other_run(logs, np.where(better, tried[np.argmin(squares, axis=0)], 0))
+    runs = np.arange(many)
+    # errors of runs with the inputs of others, in those with their own
+    share = each[(runs - runs[:, None]) % many, runs[:, None]] / np.maximum(before[:, None], 1e-300)
+    shifts = (owners(share, 1.0 - trials.options.fault_share) - runs) % many
+    if shifts.any():
+        yield other_run(logs, shifts)
+
+
+def owners(share: Array, most: float) -> Indices:
+    """Return the run (runs,) whose inputs every run has, of errors (runs, runs) with those of others.
+
+    Exchanged are circles of runs of which each leaves less than `most` of the error with its own inputs.
+    """
+    own = np.arange(len(share))
+    owner = np.asarray(linear_sum_assignment(np.nan_to_num(share, nan=np.finfo(float).max))[1])
+    better = share[own, owner] < most
+    while (circle := better & better[owner]).sum() < better.sum():
+        better = circle
+    return np.where(better, owner, own)
 
 
 def _factor(trials: Trials, steps: int) -> float:
