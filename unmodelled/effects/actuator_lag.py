@@ -5,12 +5,16 @@ from collections.abc import Mapping
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import USUAL_PERIODS, DriveEffect
 from unmodelled.effects.grids import geometric
-from unmodelled.effects.law import Law, Memory, Shape, share
+from unmodelled.effects.law import Fixed, Law, Memory, Shape, share
 from unmodelled.effects.place import Site
 
 
 class ActuatorLag(DriveEffect):
-    """First-order lag of the actuator."""
+    """First-order lag of the actuator.
+
+    One that is shorter than a sample, which steps of the integration can hardly follow, is a part of a lag of
+    a sample: it delays as much, and can be nothing.
+    """
 
     kind = "timing"
     family = "actuator_lag"
@@ -22,9 +26,10 @@ class ActuatorLag(DriveEffect):
         grid = geometric(at.period, 0.1 * at.duration, 6)
         return Law(
             "u_f, T_u*d(u_f)/dt = u - u_f",
-            {"c_u": share("u_f - u")},
-            {"T_u": Shape("t", grid, (0.5 * at.period, at.duration))},
-            memory={"u_f": Memory("u", "(u - u_f)/T_u", start="u")},
+            {"c_u": share("(u_f - u)*min(1, T_u/T_s)")},
+            {"T_u": Shape("t", grid, (0.0, at.duration))},
+            {"T_s": Fixed("t", at.period)},
+            memory={"u_f": Memory("u", "(u - u_f)/max(T_u, T_s)", start="u")},
             # one lag behind another is said as a single one of the same delay
             robot={"timeconst": "timeconst + T_u"},
         )

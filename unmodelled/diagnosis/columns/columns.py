@@ -177,11 +177,13 @@ class Columns:
             )
 
     def _hidden_starts(self) -> Iterator[tuple[Array, float, None]]:
-        """Starts of hidden states, which are never measured."""
+        """Starts of hidden states, which are never measured, but for those that another experiment leaves."""
         path, (_, chained, _) = self.path, self.path.chain
+        before = path.recording.logs.continues
+        begun = ~chained & np.array([not (before and before[run]) for run in path.owner])
         for k in path.hidden:
             start = np.zeros((*path.x[:, 0].shape, 1))
-            start[~chained, k] = np.sqrt(np.mean(path.x[..., k] ** 2))
+            start[begun, k] = np.std(path.x[..., k])
             yield self._started(start), 1.0, None
 
     @property

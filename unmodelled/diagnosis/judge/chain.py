@@ -50,8 +50,7 @@ def with_priors(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothes
 def as_chain(hypothesis: Hypothesis, priors: Mapping[str, float]) -> Hypothesis:
     """Return a hypothesis whose last effect is a part of the chain, with priors, SI, by number.
 
-    A part of the chain must be able to be nothing. A lag cannot be shorter than half a sample, so an input
-    may act as much earlier: a lag of 1 ms alone hid a dry friction behind seven times the sensor noise.
+    Within about half a sample, when a logged input acts is never known: it may act earlier, too.
     """
     *others, last = hypothesis.effects
     study, bounds = hypothesis.study, dict(last.bounds)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
@@ -110,32 +110,15 @@ def paying_chain(last: Parent) -> list[Key]:
     """Return the parts of the chain that pay in the fit with all laws.
 
     The fit is repeated without the others until all of them pay: of parts that stand in for each other, the
-    evidence of a linear step keeps too many. A lag is at least half a sample: without it and without all that
-    makes up for it, the fit is another one, which the evidence of both decides.
+    evidence of a linear step keeps too many.
     """
-    fit = cache(lambda parts: _with_chain(last, parts))
-    chain = _all_pay(fit, paying_parts(Linearised.of(last.fitted, last.base.tau)))
-    timing = {e.key for e in chain_of(last.fitted.hypothesis) if e.delays or e.memory}
-    if not timing.intersection(chain):
-        return chain
-    fewer = _all_pay(fit, [key for key in chain if key not in timing])
-    return max(fewer, chain, key=lambda parts: _evidence(last, fit(frozenset(parts)), len(parts)))
-
-
-def _all_pay(fit: Callable[[frozenset[Key]], LastFit], chain: list[Key]) -> list[Key]:
-    """Some parts of a chain, without those that do not pay beside the others."""
+    chain = paying_parts(Linearised.of(last.fitted, last.base.tau))
     while chain:
-        fewer = paying_parts(fit(frozenset(chain)).around)
+        fewer = paying_parts(_with_chain(last, chain).around)
         if set(fewer) == set(chain):
             break
         chain = fewer
     return chain
-
-
-def _evidence(last: Parent, found: LastFit, parts: int) -> float:
-    """Evidence of a fit with so many parts of the chain, nats; each costs its price."""
-    around = Linearised.of(found.fitted, last.base.tau, last.weights)
-    return around.evidence - last.weights.price(parts)
 
 
 def _with_chain(last: Parent, chain: Collection[Key]) -> LastFit:
