@@ -101,8 +101,8 @@ def test_a_law_that_made_up_for_another_one_goes(folder: Path) -> None:
     """Dry friction named beside stops leaves nothing for them."""
     look = judged(folder / "friction", Bench()).look
     stops = next(one for one in look.refits if one.row.atom.effect.family == "end_stop")
-    assert stops.nats > BAR
-    laws, rounds, parent = judgement._named(look, LawClass((stops,), np.ones(1)), 2, QUIET)
+    assert stops.nats > 0.0
+    laws, rounds, parent = judgement._named([look], look, LawClass((stops,), np.ones(1)), 2, QUIET)
     assert [law.speaker.row.name for law in laws] == ["coulomb_friction@joint"] and rounds == [look]
     assert [e.family for e in parent.fitted.hypothesis.effects if not e.usual] == ["coulomb_friction"]
 

@@ -100,7 +100,7 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
     first = look.first(matters)
     laws, rounds, parent = list[LawClass](), [look], look.parent
     if first is not None:
-        laws, rounds, parent = _named(look, first, workers, say)
+        laws, rounds, parent = _named(looks, look, first, workers, say)
 
     # 3. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
     #    law. Laws that leave more than they explain are not what is missing.
@@ -165,27 +165,39 @@ def _deciding(looks: Sequence[Look]) -> Look:
 
 
 def _named(
-    look: Look, first: LawClass, workers: int, say: Callable[[str], None], gone: Collection[str] = ()
+    looks: Sequence[Look],
+    look: Look,
+    first: LawClass,
+    workers: int,
+    say: Callable[[str], None],
+    gone: Collection[str] = (),
 ) -> tuple[list[LawClass], list[Look], Parent]:
     """The first class with further ones, the looks in which they were found, and the fit with all of them.
 
-    Where what is left is no noise, a further law must explain more than a free curve in the arguments of the
-    laws so far. A first law that does not pay beside the others made up for the second, which is then the
-    first, without those that are `gone`.
+    `look` is the one of the looks that decides. Where what is left is no noise, a further law must explain
+    more than a free curve in the arguments of the laws so far. A first law that does not pay beside the
+    others made up for the second, which is then the first, without those that are `gone`.
     """
     laws, rounds, parent = [first], [look], look.parent.beside(first.speaker)
+    others = _beside([one.parent for one in looks if one is not look], first.speaker)
     while len({law.speaker.row.atom.effect.family for law in laws}) < LAWS and not parent.residual.white:
         say("look for a further law")
-        beside, further = _further(parent, laws, workers, gone)
+        beside, further = _further(parent, others, laws, workers, gone)
         if further is None:
             break
         laws.append(further)
         rounds.append(beside)
-        parent = parent.beside(further.speaker)
+        parent, others = parent.beside(further.speaker), _beside(others, further.speaker)
     second = _as_first(look, laws[1]) if len(laws) > 1 and not gone else None
     if second is None or _pays(look, laws, parent):
         return laws, rounds, parent
-    return _named(look, second, workers, say, {one.row.name for one in first.members})
+    return _named(looks, look, second, workers, say, {one.row.name for one in first.members})
+
+
+def _beside(parents: Sequence[Parent], law: Refit) -> list[Parent]:
+    """Fits over windows of other lengths with one law more, those that it can be fitted beside."""
+    fits = [(parent, refit(parent, law.row, law.fitted.fit.every)) for parent in parents]
+    return [parent.beside(one) for parent, one in fits if one is not None and np.isfinite(one.nats)]
 
 
 def _pays(look: Look, laws: Sequence[LawClass], final: Parent) -> bool:
@@ -208,19 +220,22 @@ def _as_first(look: Look, law: LawClass) -> LawClass | None:
 
 
 def _further(
-    parent: Parent, laws: Sequence[LawClass], workers: int, gone: Collection[str]
+    parent: Parent,
+    others: Sequence[Parent],
+    laws: Sequence[LawClass],
+    workers: int,
+    gone: Collection[str],
 ) -> tuple[Look, LawClass | None]:
     """Further laws beside a fit with laws, and the class that is named, or None; none of those that are gone.
 
     The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
-    stand in for each other, never beside each other, but for a law about another one, such as its drift.
+    stand in for each other, never beside each other, but for a law about another one, such as its drift. What
+    a law must be is asked of windows of every length, as of the first one.
     """
     named = [law.speaker.row.about for law in laws]
     families = {law.speaker.row.atom.effect.family for law in laws}
     rows = [row for row in scan(parent.around) if row.nats >= BAR and row.name not in gone]
     rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
-    found = refits(parent, rows, workers)
-
     matters = parent.base.matters(parent.residual)
 
     def large(one: Refit) -> bool:
@@ -230,13 +245,21 @@ def _further(
         """
         again = one.row.atom.place.kind == "port" and one.row.atom.effect.family in families
         nearly_all = parent.gone(one) >= NEARLY_ALL
-        return nearly_all or (matters and (one.removed >= SHARE or again))
+        return one.overall >= BAR and (nearly_all or (matters and (one.removed >= SHARE or again)))
 
+    found = [_overall(one, others) if large(one) else one for one in refits(parent, rows, workers)]
     look = Look(parent, tuple(rows), tuple(found))
     if best_class(found, large) is None:
         return look, None
     least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
     return look, best_class([one for one in found if one.nats >= least], large)
+
+
+def _overall(law: Refit, others: Sequence[Parent]) -> Refit:
+    """A law with its evidence over windows of every length; where it cannot be fitted, it is of size zero."""
+    fits = (refit(parent, law.row, law.fitted.fit.every) for parent in others)
+    nats = [law.nats, *(-law.price if one is None else max(one.nats, -one.price) for one in fits)]
+    return replace(law, overall=float(np.mean(nats)))
 
 
 def _written(looks: Sequence[Look]) -> tuple[Look, LawClass] | None:
