@@ -30,7 +30,7 @@ from unmodelled.diagnosis.data.result import (
     Remainder,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.doubts.confidence import HIGHEST_CONFIDENCE
+from unmodelled.diagnosis.doubts.confidence import NO_LAW, of_law
 from unmodelled.diagnosis.doubts.numbers import Numbers
 from unmodelled.diagnosis.doubts.undetermined import remarks
 from unmodelled.diagnosis.doubts.usual_mistakes import usual_mistake
@@ -106,18 +106,18 @@ class Answered:
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     """Return the diagnosis of a judgement.
 
-    It is as sure as the least sure of its laws; without a law, as the share of the squared residual that the
-    best law that stands leaves.
+    It is as sure as the least sure of its laws; without a law, the less sure the more the best law that
+    stands explains.
     """
     study, found, models = answered.study, answered.found, answered.models
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
-    sure = min((_probability(found, k) for k in range(len(found.laws))), default=left_by_best(found.look))
+    laws = [_probability(found, k) for k in range(len(found.laws))]
     system = study.system
     reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
-        confidence=min(sure, HIGHEST_CONFIDENCE),
+        confidence=min(laws, default=NO_LAW * left_by_best(found.look)),
         chance=chance,
         effects=_effects(answered),
         remainder=_remainder(answered),
@@ -147,7 +147,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
 
 def _probability(found: Judgement, k: int) -> float:
     """Probability of a named class: what all laws leave of the squared residual is something else's."""
-    return probability_of(found.rounds[k], found.laws[k]) * found.final.explained
+    return of_law(probability_of(found.rounds[k], found.laws[k]) * found.final.explained, k)
 
 
 def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
@@ -163,7 +163,7 @@ def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
                 law,
                 {n: answered.estimate(n, law.units[n], np.nan) for n in shared},
                 own={n: dict(zip(logs.ids, logs.experiments[n].tolist(), strict=True)) for n in own},
-                confidence=min(_probability(found, k), HIGHEST_CONFIDENCE),
+                confidence=_probability(found, k),
                 shrink=float(shares(squares, floor, k, k + 1)),
                 interval=share_interval(steps, k, k + 1, answered.study.seed),
                 indistinguishable=tuple(each.added for each in one.members[1:many]),

@@ -86,8 +86,8 @@ def factors_of(trials: Trials, steps: int, some: Mask) -> Iterator[Question]:
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     """Yield whether files were exchanged: inputs of others leave far less than `before` (experiments,).
 
-    Every file belongs to one run, so that the inputs of others fit in a circle of runs, or none were exchanged:
-    a drive that follows its command late may fit that of some other run better, too.
+    Every file belongs to one run, so that the inputs of others fit in a circle of runs, or none were
+    exchanged: a drive that follows its command late may fit that of some other run better, too.
     """
     logs, many = trials.logs, len(trials.logs)
     if not logs.inputs or not 1 < many <= MOST_RUNS:
