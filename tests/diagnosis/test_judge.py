@@ -9,6 +9,7 @@ import pytest
 
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import effect, study
+from tests.machines.folders import system_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
@@ -23,7 +24,7 @@ from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
 from unmodelled.diagnosis.judge.linear import Linearised, beyond_chance
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import correlation_time
-from unmodelled.diagnosis.judge.scan import row_of, scan
+from unmodelled.diagnosis.judge.scan import row_of, scan, started
 from unmodelled.effects.library import effects
 from unmodelled.effects.scatter import is_lossy
 from unmodelled.systems.units import parse_unit
@@ -367,3 +368,19 @@ def test_losses_are_told_by_their_dimension(unit: str, lossy: bool) -> None:
 def test_every_law_has_a_kind() -> None:
     assert all(effect.kind for effect in effects())
     assert effect("coulomb_friction").kind == "dry friction" and effect("sensor_delay").kind == "timing"
+
+
+@pytest.mark.parametrize(
+    ("equation", "starts"), [("torque - tau", ["start"]), ("torque - tau - start", [])], ids=["start", "acts"]
+)
+def test_where_states_start_is_no_factor_of_laws(equation: str, starts: list[str], tmp_path: Path) -> None:
+    system = system_of(
+        "schema: system/1\nname: turn\n"
+        "states: {theta: {unit: rad}, omega: {unit: rad/s}, hidden: {unit: N m, initial: start}}\n"
+        "inputs: {torque: {unit: N m}}\noutputs: {theta: {unit: rad}}\noperating_point: {start: {unit: N m}}\n"
+        "parameters: {J: {value: 1.0, unit: kg m^2}, T: {value: 1.0, unit: s}}\n"
+        "ports: {joint: {effort: tau, unit: N m, position: theta, velocity: omega}}\n"
+        f"dynamics: {{theta: omega, omega: ({equation} - hidden)/J, hidden: -hidden/T}}\n",
+        tmp_path,
+    )
+    assert started(system) == starts

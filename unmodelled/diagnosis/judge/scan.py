@@ -12,6 +12,7 @@ from unmodelled.diagnosis.columns.columns import Atom, at_level
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.judge.elimination import OPEN, SIGMAS, Reduced
 from unmodelled.diagnosis.judge.linear import Linearised
+from unmodelled.systems.model import System
 
 #: Size of a column, in weighted residuals, below which it changes nothing.
 NOTHING = 1e-6
@@ -51,7 +52,8 @@ class Row:
 def scan(around: Linearised) -> list[Row]:
     """Return every law at every place around a fit with its best shape, also at levels of factors."""
     study, found = around.columns.path.hypothesis.study, list[Row]()
-    local = list(levels(study.logs.experiments.iloc[around.runs]))
+    factors = study.logs.experiments.iloc[around.runs].drop(columns=started(study.system), errors="ignore")
+    local = list(levels(factors))
     for atoms, columns in around.columns.atoms():
         products, effect = around.products(columns), atoms[0].effect
         if not effect.at_levels:
@@ -68,6 +70,13 @@ def scan(around: Linearised) -> list[Row]:
             nats = around.differing(column, OPEN * size) - pooled - around.weights.price(atom.numbers)
             found.append(Row(atom, 1, nats, np.zeros(1)))
     return found
+
+
+def started(system: System) -> list[str]:
+    """Return the constants of experiments that are only values at which states start: no factors of laws."""
+    starts = {symbol.name for state in system.states for symbol in state.initial.free_symbols}
+    acting = {symbol.name for equation in system.dynamics for symbol in equation.free_symbols}
+    return sorted(starts - acting)
 
 
 def row_of(around: Linearised, atom: Atom, columns: Array) -> Row:
