@@ -377,7 +377,8 @@ def test_where_states_start_is_no_factor_of_laws(equation: str, starts: list[str
     system = system_of(
         "schema: system/1\nname: turn\n"
         "states: {theta: {unit: rad}, omega: {unit: rad/s}, hidden: {unit: N m, initial: start}}\n"
-        "inputs: {torque: {unit: N m}}\noutputs: {theta: {unit: rad}}\noperating_point: {start: {unit: N m}}\n"
+        "inputs: {torque: {unit: N m}}\noutputs: {theta: {unit: rad}}\n"
+        "operating_point: {start: {unit: N m}}\n"
         "parameters: {J: {value: 1.0, unit: kg m^2}, T: {value: 1.0, unit: s}}\n"
         "ports: {joint: {effort: tau, unit: N m, position: theta, velocity: omega}}\n"
         f"dynamics: {{theta: omega, omega: ({equation} - hidden)/J, hidden: -hidden/T}}\n",

@@ -31,6 +31,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.faults.fits import owners
 from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.faults.suspects import LIMITS, slowed
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.inspection.inspect import inspect
 from unmodelled.logs.inspection.signal import Run, Signal, signals_of
@@ -282,6 +283,18 @@ def test_files_are_exchanged_in_circles(fits: dict[tuple[int, int], float], owne
     for pair, left in fits.items():
         share[pair] = left
     assert owners(share, 0.1).tolist() == owner
+
+
+def test_inputs_of_a_slow_drive_change_no_faster_than_their_limits(systems: dict[str, System]) -> None:
+    logs = Logs.from_frames(MACHINES["swing"].frames(2, runs=3), systems["swing"])
+    slow = slowed(logs)
+    first, change = logs.offsets[:-1], np.diff(logs.u, axis=0)
+    within = np.setdiff1d(np.arange(1, len(logs.u)), first) - 1
+    most = LIMITS * np.abs(change[within]).max()
+    assert np.array_equal(slow[:, first], np.repeat(logs.u[None, first], len(LIMITS), axis=0))
+    assert np.abs(np.diff(slow, axis=1)[:, within, 0]).max(axis=1) == pytest.approx(most)
+    left = np.abs(slow - logs.u).mean(axis=(1, 2))
+    assert np.all(np.diff(left) < 0.0) and left[-1] > 0.0  # the larger the limit, the closer
 
 
 #: Machine, damage, fault with its channels and whether it decides.

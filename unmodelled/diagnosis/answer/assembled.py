@@ -66,7 +66,7 @@ class Models:
     augmented: Leaving
     chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
     neural: JudgedModel  # with a network in every port; `augmented` where nothing is left
-    laws: int  # how many laws the model has that follows the experiments best
+    laws: int  # how many laws are effects
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from unmodelled.diagnosis.answer.assembled import Answered, Leaving, Models, assembled
+from unmodelled.diagnosis.answer.shares import LEAST, shares
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
@@ -40,7 +43,8 @@ def judged(
 
     # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
     #    experiments that were left out of the fit, each once.
-    #    A law with which the model follows the experiments no better than without is not named.
+    #    A law with which the model follows the experiments no better than without is not named, nor is one
+    #    that explains less than a twentieth of the squared gap.
     progress("fit the models without the parts of the chain that do not pay")
     every = replace(given, held_out=tuple(range(len(logs))))
     used = _with_used_ports(system, found)
@@ -87,9 +91,12 @@ def _models(found: Judgement, system: System, every: Study) -> Models:
     if chain and not laws:
         chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
-    laws_that_follow = min(range(len(steps)), key=lambda k: steps[k].followed)
+    many = min(range(len(steps)), key=lambda k: steps[k].followed)
+    squares, floor = np.array([one.model.gap.value**2 for one in steps]), steps[-1].model.gap.floor
+    while many and shares(squares, floor, many - 1, many) < LEAST:
+        many -= 1
     known, labelled = known_model(every), tuple(one.model for one in steps)
-    return Models(known, labelled, augmented, chained, augmented.model, laws_that_follow)
+    return Models(known, labelled, augmented, chained, augmented.model, many)
 
 
 def _network(fitted: FittedHypothesis, every: Study) -> JudgedModel:

@@ -32,7 +32,7 @@ CLOCK_ERROR_RATIO = 2.0
 SPRING = 10.0
 #: Times by which inputs may act later in one experiment, in horizons, and their gains there.
 LATER, GAINS = np.linspace(-1.0, 1.0, 21), np.linspace(0.5, 1.5, 21)
-#: Limits of a drive that saturates, as shares of the largest input.
+#: Limits of a drive, as shares of the largest input and of its largest change within a sample.
 LIMITS = np.geomspace(0.01, 0.5, 9)
 
 
@@ -78,11 +78,12 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
 
     If the clock of all experiments or the factor of a channel is wrong, it is another inertia, such as that
     of a rotor, with dry friction, or a wrong number of the file. If that of one experiment is, it is
-    stiffening springs, or what acts on this experiment. If an input has less effect, its drive saturates. If
-    the unit of a channel is wrong everywhere, it is any gain of a drive or a sensor.
+    stiffening springs, or what acts on this experiment. If an input has less effect, or outputs another
+    factor, a drive is limited. If the unit of a channel is wrong everywhere, it is any gain of a drive or a sensor.
     """
     problem = suspect.question.problem.name
-    if problem != CLOCK_PROBLEM and suspect.weakens(trials.logs.inputs) and _saturates(trials, suspect):
+    weaker = problem != CLOCK_PROBLEM and suspect.weakens(trials.logs.inputs)
+    if (weaker or problem == FACTOR_PROBLEM) and _is_limited(trials, suspect):
         return True
     if problem in GIVEN and suspect.everywhere:
         return _is_gain(trials, suspect)
@@ -111,14 +112,31 @@ def _is_gain(trials: Trials, suspect: Suspect) -> bool:
     return CLOCK_ERROR_RATIO * min(left, default=np.inf) < float(suspect.after.sum())
 
 
-def _saturates(trials: Trials, suspect: Suspect) -> bool:
-    """Return whether inputs that are cut at a limit leave clearly less than weaker ones or none."""
-    logs, mine = trials.logs, np.isin(trials.logs.inputs, suspect.question.channels)
-    largest, every = np.abs(logs.u).max(axis=0), not suspect.everywhere
-    cut = (np.where(mine, np.clip(logs.u, -share * largest, share * largest), logs.u) for share in LIMITS)
-    limited = (Correction.replaced(logs, u).only(suspect.runs) for u in cut)
+def _is_limited(trials: Trials, suspect: Suspect) -> bool:
+    """Return whether inputs that are limited, or whose rate is, leave clearly less than the suspect.
+
+    They may be so in all experiments: one with large or quick commands stands out.
+    """
+    logs, every = trials.logs, not suspect.everywhere
+    mine = np.isin(logs.inputs, suspect.question.channels)
+    mine = mine if mine.any() else np.ones(len(logs.inputs), np.bool_)
+    largest = np.abs(logs.u).max(axis=0, initial=0.0)
+    cut = [np.clip(logs.u, -share * largest, share * largest) for share in LIMITS]
+    limited = [Correction.replaced(logs, np.where(mine, u, logs.u)) for u in (*cut, *slowed(logs))]
+    limited += [] if suspect.everywhere else [one.only(suspect.runs) for one in limited]
     left = min(float(trials.identified(one, suspect.steps, every).sum()) for one in limited)
     return CLOCK_ERROR_RATIO * left < float(suspect.after.sum())
+
+
+def slowed(logs: Logs) -> Array:
+    """Return inputs (limits, samples, inputs) whose changes within a sample are limited."""
+    change = np.diff(logs.u, axis=0, prepend=logs.u[:1])
+    change[logs.offsets[:-1]] = 0.0
+    most = LIMITS[:, None] * np.abs(change).max(axis=0, initial=0.0)
+    slow = np.repeat(logs.u[None], len(LIMITS), axis=0)
+    for k in np.setdiff1d(np.arange(len(logs.u)), logs.offsets[:-1]).tolist():
+        slow[:, k] = slow[:, k - 1] + np.clip(logs.u[k] - slow[:, k - 1], -most, most)
+    return slow
 
 
 def _acts_otherwise(trials: Trials, suspect: Suspect) -> bool:

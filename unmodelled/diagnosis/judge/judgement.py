@@ -74,8 +74,9 @@ class Judgement:
         if count == 0:
             look, first = self.look, self.laws[0]
             return Judgement("unknown", (), self.looks, (look,), look.parent, first)
-        laws, rounds = self.laws[:count], self.rounds[:count]
-        return Judgement("main_effect", laws, self.looks, rounds, self.rounds[count].parent)
+        laws, rounds, final = self.laws[:count], self.rounds[:count], self.rounds[count].parent
+        verdict = _verdict(final.base, final.residual, True, True)
+        return Judgement(verdict, laws, self.looks, rounds, final)
 
 
 def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[str], None]) -> Judgement:
