@@ -30,7 +30,7 @@ from unmodelled.diagnosis.data.result import (
     Remainder,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.doubts.confidence import NO_LAW, of_law
+from unmodelled.diagnosis.doubts.confidence import of_law, of_no_law
 from unmodelled.diagnosis.doubts.numbers import Numbers
 from unmodelled.diagnosis.doubts.undetermined import remarks
 from unmodelled.diagnosis.doubts.usual_mistakes import usual_mistake
@@ -113,11 +113,12 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
     laws = [_probability(found, k) for k in range(len(found.laws))]
+    noise = floor**2 / after.gap.value**2 if after.gap.value > 0.0 else 1.0
     system = study.system
     reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
-        confidence=min(laws, default=NO_LAW * left_by_best(found.look)),
+        confidence=min(laws, default=of_no_law(left_by_best(found.look), min(1.0, noise))),
         chance=chance,
         effects=_effects(answered),
         remainder=_remainder(answered),

@@ -79,7 +79,8 @@ def explained_by_law(trials: Trials, suspect: Suspect) -> bool:
     If the clock of all experiments or the factor of a channel is wrong, it is another inertia, such as that
     of a rotor, with dry friction, or a wrong number of the file. If that of one experiment is, it is
     stiffening springs, or what acts on this experiment. If an input has less effect, or outputs another
-    factor, a drive is limited. If the unit of a channel is wrong everywhere, it is any gain of a drive or a sensor.
+    factor, a drive is limited. If the unit of a channel is wrong everywhere, it is any gain of a drive or a
+    sensor.
     """
     problem = suspect.question.problem.name
     weaker = problem != CLOCK_PROBLEM and suspect.weakens(trials.logs.inputs)
