@@ -4,13 +4,14 @@ import inspect
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import hydra
 import pytest
 import yaml
 from omegaconf import DictConfig, OmegaConf
 
-from pipeline.__main__ import CONF, PROGRAM
+from pipeline.__main__ import CONF, PROGRAM, main
 from tests.conftest import stages
 from unmodelled.__main__ import PROGRAM as LIBRARY
 
@@ -42,6 +43,9 @@ def test_of_two_config_files_of_one_name_the_shared_keys_are_equal() -> None:
                 assert own.items() <= theirs.items(), name
 
 
+ROOT = CONF.parent
+
+
 @pytest.mark.parametrize("module", ["unmodelled", "pipeline"])
 def test_a_reader_may_stop_before_the_end(module: str) -> None:
     run = f"{sys.executable} -m {module} --help | head -n 1; exit ${{PIPESTATUS[0]}}"
@@ -50,7 +54,17 @@ def test_a_reader_may_stop_before_the_end(module: str) -> None:
     assert done.stdout.startswith("usage: ")
 
 
-ROOT = CONF.parent
+def test_a_reader_may_stop_before_a_verb_says_anything(tmp_path: Path) -> None:
+    """The results are written all the same."""
+    logs, system = tmp_path / "logs", ROOT / "systems" / "pendulum.yaml"
+    assert main(["acquire", "source=pendulum", f"out={logs}"]) == 0
+    verb = f"{sys.executable} -m unmodelled simulate {system} {logs} out={tmp_path / 'out'} -q"
+    run = f"{verb} | true; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", run], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "index.html").exists()
+
+
 #: Groups that files of models or profiles have in common; not a choice on the command line.
 SHARED = ("budget", "detachment", "training")
 GROUPS = [

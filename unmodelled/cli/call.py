@@ -98,6 +98,8 @@ def _leave(error: BaseException) -> NoReturn:
     """End a single run; end one run of a sweep and let the others go on."""
     if workers.interrupted.is_set():
         raise error
+    if isinstance(error, BrokenPipeError):  # the program that reads the output, such as head, has read enough
+        sys.exit(0)
     if not isinstance(error, BadInput):
         traceback.print_exception(error)
     if HydraConfig.get().mode == RunMode.MULTIRUN:
