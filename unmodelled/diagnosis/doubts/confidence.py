@@ -7,9 +7,9 @@ HIGHEST_CONFIDENCE = 0.99
 #: Share of the squared gap from which named effects explain most of it.
 MOST = 0.5
 #: A probability that the logs give holds as far as the model of machine and logs does. How often it does was
-#: counted on fresh planted cases (docs/decisions/0018-evidence.md) of which the logs are sure: 15 of 25 answers
-#: without a law, 35 of 37 first laws, which is rounded down for machines unlike these, and four of eight
-#: further laws are right.
+#: counted on fresh planted cases (docs/decisions/0018-evidence.md) of which the logs are sure: 15 of 25
+#: answers without a law, 35 of 37 first laws, which is rounded down for machines unlike these, and four of
+#: eight further laws are right.
 NO_LAW, FIRST_LAW, FURTHER_LAW = 0.6, 0.9, 0.5
 
 

@@ -32,6 +32,7 @@ from unmodelled.diagnosis.faults.questions import (
     constants,
     exchanged,
     moves_without_input,
+    multiples_of_slopes,
     multiplied,
     questions,
     without_input,
@@ -114,6 +115,9 @@ def _contradictions(system: System, logs: Logs, horizon: float, options: Options
     trials = Trials(system, logs, horizon, Sensors(logs), options)
     faults = tuple(rate_faults(system, logs, trials.sensors))
     yield from faults or (_of_ratio(trials, ratio) for ratio in ratios(system, logs, trials.sensors))
+    for speed, position, factor in () if faults else multiples_of_slopes(system, logs):
+        every = np.ones(len(logs), np.bool_)
+        yield _of_contradiction(trials, (speed, position, clock_of(trials, 1.0 / factor, every)), every)
 
 
 def _of_ratio(trials: Trials, ratio: Ratio) -> LogFault:
@@ -128,11 +132,17 @@ def _of_ratio(trials: Trials, ratio: Ratio) -> LogFault:
         multiplied(logs, (speed,), 1.0 / factor),
         multiplied(logs, (position,), factor),
     )
-    steps = trials.steps(trials.none)
-    nothing = np.zeros(len(logs))
-    tried = [_identified(trials, _only(question, ratio.runs, steps, nothing, nothing)) for question in asked]
+    return _of_contradiction(trials, asked, ratio.runs)
+
+
+def _of_contradiction(trials: Trials, asked: Sequence[Question], runs: Mask) -> LogFault:
+    """Return the one of some corrections, each of which makes samples agree, that suits the model best.
+
+    The samples contradict each other: the error of the model only tells which column is wrong.
+    """
+    steps, nothing = trials.steps(trials.none), np.zeros(len(trials.logs))
+    tried = [_identified(trials, _only(question, runs, steps, nothing, nothing)) for question in asked]
     best, *alike = _best(trials, tried)
-    # the samples contradict each other; the error of the model only tells which column is wrong
     return replace(_fault(trials, best, alike), explains=None)
 
 

@@ -102,7 +102,6 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
     """
     units = {item.name: item.unit for item in system.inputs}
     units |= {item.name: item.unit for item in system.outputs}
-    yield from _multiples(system, logs)
     for name in logs.inputs:
         yield _scaled(NO_EFFECT, (name,), logs)
     for channels in groups(system):
@@ -138,8 +137,11 @@ def multiplied(logs: Logs, channels: tuple[str, ...], factor: float) -> Question
     return _scaled(problem, channels, logs)
 
 
-def _multiples(system: System, logs: Logs) -> Iterator[Question]:
-    """Yield a question for every speed that is a multiple of the slope of its position."""
+def multiples_of_slopes(system: System, logs: Logs) -> Iterator[tuple[Question, Question, float]]:
+    """Yield questions for every speed that is a multiple of the slope of its position in all runs.
+
+    Of the speed, of the position, and how many times.
+    """
     known = [abs(problem.factor) for problem in PROBLEMS if problem.factor != -1.0]
     for found in multiples(system, logs.y, logs.offsets, logs.period):
         if any(abs(found.factor * factor - 1.0) < NEAR for factor in known):
@@ -147,7 +149,8 @@ def _multiples(system: System, logs: Logs) -> Iterator[Question]:
         looks = f"like {found.factor:.3g} times the slope of {logs.outputs[found.position]}"
         cure = "Convert the column (an electrical speed is that of the shaft times the pole pairs)"
         problem = LogProblem("slope", 1.0 / found.factor, "", looks, f"divided by {found.factor:.4g}", cure)
-        yield _scaled(problem, (logs.outputs[found.speed],), logs)
+        speed, position = ((logs.outputs[k],) for k in (found.speed, found.position))
+        yield _scaled(problem, speed, logs), multiplied(logs, position, found.factor), found.factor
 
 
 def clocks(system: System, logs: Logs) -> Iterator[Question]:
