@@ -17,7 +17,13 @@ from unmodelled.base.files import write_json
 from unmodelled.base.kind_words import kind_sentence
 from unmodelled.design.checked import check_answer
 from unmodelled.design.rivals import place_of
-from unmodelled.diagnosis.answer.chain_sentences import chain_entry, chain_sentence, most_alike, small_gap
+from unmodelled.diagnosis.answer.chain_sentences import (
+    chain_entry,
+    chain_explains,
+    chain_sentence,
+    most_alike,
+    small_gap,
+)
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import ChainPart, Diagnosis
@@ -177,6 +183,10 @@ def test_the_next_experiment_takes_such_an_answer(found: Diagnosis, content: dic
 def test_damaged_entries_are_refused(key: str, damaged: list[Any], content: dict[str, Any]) -> None:
     with pytest.raises(um.BadInput, match=rf"^answer: {key}"):
         check_content("answer", {**content, key: damaged}, "diagnosis")
+
+
+def test_a_chain_that_explains_most_of_the_gap_may_be_the_machine() -> None:
+    assert chain_explains(0.972).startswith("how these logs were made explains 97 % of the squared gap: ")
 
 
 def test_a_small_gap_names_what_would_remove_it(machine: tuple[System, Logs]) -> None:

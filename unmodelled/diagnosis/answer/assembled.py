@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.answer.chain_sentences import most_alike, small_gap
+from unmodelled.diagnosis.answer.chain_sentences import chain_explains, most_alike, small_gap
 from unmodelled.diagnosis.answer.compared import (
     chain_parts,
     chance_of_nothing,
@@ -30,7 +30,7 @@ from unmodelled.diagnosis.data.result import (
     Remainder,
 )
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.doubts.confidence import of_law, of_no_law
+from unmodelled.diagnosis.doubts.confidence import MOST, of_law, of_no_law
 from unmodelled.diagnosis.doubts.numbers import Numbers
 from unmodelled.diagnosis.doubts.undetermined import remarks
 from unmodelled.diagnosis.doubts.usual_mistakes import usual_mistake
@@ -201,6 +201,10 @@ def _notes(answered: Answered) -> Iterator[str]:
             f"the system file has no port {listed(answered.between)}: its effort acts between two "
             "ports, its coordinates are those of the first port less those of the second one"
         )
+    steps, augmented = answered.models.steps, answered.models.augmented.model
+    share = shrink(steps[0].gap.value, augmented.gap.value, augmented.gap.floor)
+    if not answered.laws and share >= MOST:
+        yield chain_explains(share)
     yield from _too_small(answered.found)
     if answered.found.alike is not None:
         alike = answered.found.alike

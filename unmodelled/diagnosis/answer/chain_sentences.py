@@ -58,6 +58,14 @@ def chain_sentence(part: ChainPart) -> str:
     return f"{_law(added)} is {size if more else f'−{size}'}"
 
 
+def chain_explains(share: float) -> str:
+    """Return a note that the measurement chain explains most of the squared gap, a share of it."""
+    return (
+        f"how these logs were made explains {100.0 * share:.0f} % of the squared gap: a delay, lag or gain "
+        "that belongs to the machine and not to its logger is missing in the system file"
+    )
+
+
 def small_gap(output: str, share: float, added: Added, kind: str, removed: float) -> str:
     """Return a note on a gap that is too small to name the law that would explain it.
 
