@@ -8,6 +8,7 @@ import pytest
 
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import HORIZON, JOINT
+from unmodelled.diagnosis.answer import judged as judged_answer
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 
@@ -48,6 +49,17 @@ def judged(found: Diagnosis) -> list[float]:
 @pytest.fixture(scope="module")
 def friction(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     return diagnosis(tmp_path_factory.mktemp("friction"), RUBBING)
+
+
+@pytest.mark.long
+def test_a_law_that_explains_less_than_the_least_share_is_no_effect(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is told as most alike."""
+    monkeypatch.setattr(judged_answer, "LEAST", 1.1)
+    found = diagnosis(tmp_path, RUBBING)
+    assert found.verdict == "unknown" and not found.effects
+    assert any(note.startswith("most alike: dry friction") for note in found.notes)
 
 
 def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) -> None:
