@@ -13,6 +13,7 @@ from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
+from unmodelled.diagnosis.judge.base import NOISES
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.known_physics import known_physics
 from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
@@ -44,7 +45,7 @@ def judged(
     # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
     #    experiments that were left out of the fit, each once.
     #    A law with which the model follows the experiments no better than without is not named, nor is one
-    #    that explains less than a twentieth of the squared gap.
+    #    that explains less than a twentieth of the squared gap, unless it leaves no more than noise.
     progress("fit the models without the parts of the chain that do not pay")
     every = replace(given, held_out=tuple(range(len(logs))))
     used = _with_used_ports(system, found)
@@ -92,8 +93,8 @@ def _models(found: Judgement, system: System, every: Study) -> Models:
         chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
     many = min(range(len(steps)), key=lambda k: steps[k].followed)
-    squares, floor = np.array([one.model.gap.value**2 for one in steps]), steps[-1].model.gap.floor
-    while many and shares(squares, floor, many - 1, many) < LEAST:
+    gaps, floor = np.array([one.model.gap.value for one in steps]), steps[-1].model.gap.floor
+    while many and shares(gaps**2, floor, many - 1, many) < LEAST and not gaps[many] < NOISES * floor:
         many -= 1
     known, labelled = known_model(every), tuple(one.model for one in steps)
     return Models(known, labelled, augmented, chained, augmented.model, many)
