@@ -24,8 +24,8 @@ def shown(found: Study, lag: float | None, delay: float = 0.0) -> Array:
     hypothesis = known if lag is None else known.plus(effect("actuator_lag"), TORQUE)
     simulation = hypothesis.simulation(found.recording)
     numbers = simulation.values
-    for name, value in ({} if lag is None else {"T_u": lag}).items():
-        numbers[simulation.names.index(name)] = value
+    if lag is not None:
+        numbers[simulation.names.index("T_u")] = lag
     numbers[simulation.names.index("timing_torque")] = delay
     return simulation(numbers[None, None], substeps=2).y
 

@@ -99,10 +99,10 @@ def test_laws_that_are_taken_back_are_what_is_most_alike(folder: Path) -> None:
 
 
 def test_a_law_that_made_up_for_another_one_goes(folder: Path) -> None:
-    """Dry friction named beside stops leaves nothing for them."""
+    """Dry friction named beside stops, which explain most of its gap alone, leaves nothing for them."""
     look = judged(folder / "friction", Bench()).look
     stops = next(one for one in look.refits if one.row.atom.effect.family == "end_stop")
-    assert stops.nats > 0.0
+    assert stops.nats > 0.9 * BAR and stops.removed > 0.8
     laws, rounds, parent = judgement._named([look], look, LawClass((stops,), np.ones(1)), 2, QUIET)
     assert [law.speaker.row.name for law in laws] == ["coulomb_friction@joint"] and rounds == [look]
     assert [e.family for e in parent.fitted.hypothesis.effects if not e.usual] == ["coulomb_friction"]

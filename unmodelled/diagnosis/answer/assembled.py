@@ -83,6 +83,12 @@ class Answered:
         """Return the numbers that leave."""
         return Numbers(self.models.augmented.last)
 
+    @property
+    def shrink(self) -> float:
+        """Return the share of the squared gap above the noise floor that the model which leaves explains."""
+        gap = self.models.augmented.model.gap
+        return shrink(self.models.steps[0].gap.value, gap.value, gap.floor)
+
     @cached_property
     def doubts(self) -> tuple[Remark, ...]:
         """Return remarks on numbers that leave, but for those of the measurement chain."""
@@ -128,7 +134,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         neural=models.neural,
         steps=models.steps,
         floor=floor,
-        shrink=shrink(before.gap.value, after.gap.value, floor),
+        shrink=answered.shrink,
         interval=share_interval([before, after], 0, 1, study.seed),
         held_out=tuple(range(len(study.logs))),
         parameters={
@@ -201,10 +207,8 @@ def _notes(answered: Answered) -> Iterator[str]:
             f"the system file has no port {listed(answered.between)}: its effort acts between two "
             "ports, its coordinates are those of the first port less those of the second one"
         )
-    steps, augmented = answered.models.steps, answered.models.augmented.model
-    share = shrink(steps[0].gap.value, augmented.gap.value, augmented.gap.floor)
-    if not answered.laws and share >= MOST:
-        yield chain_explains(share)
+    if not answered.laws and answered.shrink >= MOST:
+        yield chain_explains(answered.shrink)
     yield from _too_small(answered.found)
     if answered.found.alike is not None:
         alike = answered.found.alike

@@ -145,7 +145,7 @@ def _together(looks: Sequence[Look], workers: int) -> list[Look]:
         )
         for look in looks
     ]
-    by_key = [{one.row.key: max(one.nats, -one.price) for one in each} for each in every]
+    by_key = [{one.row.key: one.or_nothing for one in each} for each in every]
     shared = set.intersection(*(set(each) for each in by_key))
     overall = {key: float(np.mean([each[key] for each in by_key])) for key in shared}
     return [
@@ -180,15 +180,16 @@ def _named(
     others made up for the second, which is then the first, without those that are `gone`.
     """
     laws, rounds, parent = [first], [look], look.parent.beside(first.speaker)
-    others = _beside([one.parent for one in looks if one is not look], first.speaker)
+    others = [one.parent for one in looks if one is not look]
     while len({law.speaker.row.atom.effect.family for law in laws}) < LAWS and not parent.residual.white:
         say("look for a further law")
+        others = _beside(others, laws[-1].speaker)
         beside, further = _further(parent, others, laws, workers, gone)
         if further is None:
             break
         laws.append(further)
         rounds.append(beside)
-        parent, others = parent.beside(further.speaker), _beside(others, further.speaker)
+        parent = parent.beside(further.speaker)
     second = _as_first(look, laws[1]) if len(laws) > 1 and not gone else None
     if second is None or _pays(look, laws, parent):
         return laws, rounds, parent
@@ -259,7 +260,7 @@ def _further(
 def _overall(law: Refit, others: Sequence[Parent]) -> Refit:
     """A law with its evidence over windows of every length; where it cannot be fitted, it is of size zero."""
     fits = (refit(parent, law.row, law.fitted.fit.every) for parent in others)
-    nats = [law.nats, *(-law.price if one is None else max(one.nats, -one.price) for one in fits)]
+    nats = [law.nats, *(-law.price if one is None else one.or_nothing for one in fits)]
     return replace(law, overall=float(np.mean(nats)))
 
 

@@ -98,6 +98,11 @@ class Refit:
         return next(e for e in self.fitted.hypothesis.effects if e.key == self.row.atom.key)
 
     @property
+    def or_nothing(self) -> float:
+        """Return the evidence, nats, at least that of the law at size zero."""
+        return max(self.nats, -self.price)
+
+    @property
     def log_scores(self) -> Array:
         """Return the log densities (experiments,) of experiments left out, each with a share of the price.
 
