@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from unmodelled.diagnosis.answer.compared import (
     probability_of,
     strangers,
 )
+from unmodelled.diagnosis.answer.models import Models
 from unmodelled.diagnosis.answer.shares import share_interval, shares
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.remark import Remark, listed
@@ -25,7 +26,6 @@ from unmodelled.diagnosis.data.result import (
     DiagnosedEffect,
     Diagnosis,
     Estimate,
-    JudgedModel,
     LogFault,
     Remainder,
 )
@@ -37,36 +37,18 @@ from unmodelled.diagnosis.doubts.usual_mistakes import usual_mistake
 from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import best_class
 from unmodelled.diagnosis.judge.judgement import Judgement
-from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.effects.added import Added
 
 
 @dataclass(frozen=True, eq=False)
-class Leaving:
-    """A model that leaves."""
+class Named:
+    """A law, or a part of the measurement chain, that is an effect."""
 
-    model: JudgedModel  # its gap is that of experiments left out
-    last: LastFit
-    followed: float  # gap of the experiments that it was fitted to
-
-    @classmethod
-    def of(cls, label: str, fits: Iterable[LastFit], every: Study) -> Leaving:
-        """Return the fit with the smallest gap of experiments left out."""
-        judged = [(fit, fit.judged(label, every)) for fit in fits]
-        each = (cls(fit.left_out_of(model), fit, model.gap.value) for fit, model in judged)
-        return min(each, key=lambda one: one.model.gap.value)
-
-
-@dataclass(frozen=True, eq=False)
-class Models:
-    """Models with their gaps, experiments left out."""
-
-    known: JudgedModel
-    steps: tuple[JudgedModel, ...]  # re-identified, then with one law more each
-    augmented: Leaving
-    chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
-    neural: JudgedModel  # with a network in every port; `augmented` where nothing is left
-    laws: int  # how many laws are effects
+    law: Added  # as it leaves
+    kind: str
+    alike: tuple[Added, ...]  # what the logs cannot tell from it
+    probabilities: tuple[float, ...]  # of it and of those alike, in their order
+    confidence: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +85,29 @@ class Answered:
         return replace(found, remarks=tuple(kinds))
 
     @cached_property
-    def laws(self) -> list[Added]:
-        """Return the named laws in the order in which they were found."""
+    def named(self) -> list[Named]:
+        """Return the named laws in the order in which they were found, and the named part of the chain."""
         leaving = {law.key: law for law in self.models.augmented.last.laws}
-        return [leaving[law.speaker.added.key] for law in self.found.laws]
+        found = [
+            Named(
+                leaving[law.speaker.added.key],
+                law.kind,
+                tuple(one.added for one in law.members[1:]),
+                tuple(law.probabilities.tolist()),
+                of_law(probability_of(self.found.rounds[k], law) * self.found.final.explained, k),
+            )
+            for k, law in enumerate(self.found.laws)
+        ]
+        part = self.models.part
+        if part is None:
+            return found
+        added, each = leaving[part.added.key], tuple(part.probabilities.tolist())
+        return [*found, Named(added, part.kind, part.alike, each, of_law(part.explains, 0))]
+
+    @property
+    def laws(self) -> list[Added]:
+        """Return what is named, as it leaves."""
+        return [one.law for one in self.named]
 
 
 def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
@@ -118,13 +119,15 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     study, found, models = answered.study, answered.found, answered.models
     before, after, floor = models.steps[0], models.augmented.model, models.augmented.model.gap.floor
     chance = chance_of_nothing(found.look)
-    laws = [_probability(found, k) for k in range(len(found.laws))]
     noise = floor**2 / after.gap.value**2 if after.gap.value > 0.0 else 1.0
     system = study.system
     reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
-        confidence=min(laws, default=of_no_law(left_by_best(found.look), min(1.0, noise))),
+        confidence=min(
+            (one.confidence for one in answered.named),
+            default=of_no_law(left_by_best(found.look), min(1.0, noise)),
+        ),
         chance=chance,
         effects=_effects(answered),
         remainder=_remainder(answered),
@@ -142,7 +145,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
             for p in system.parameters
             if p.name in system.uncertain
         },
-        comparison=compared(found),
+        comparison=compared(found, [] if models.part is None or found.laws else [models.part.added]),
         notes=(*study.logs.notes, *_notes(answered)),
         faults=faults,
         correlations=answered.numbers.correlations([*reported, *system.uncertain]),
@@ -152,31 +155,26 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     )
 
 
-def _probability(found: Judgement, k: int) -> float:
-    """Probability of a named class: what all laws leave of the squared residual is something else's."""
-    return of_law(probability_of(found.rounds[k], found.laws[k]) * found.final.explained, k)
-
-
 def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
     """Effects with their shares of the gap, the largest first."""
-    found, steps, most = answered.found, answered.models.steps, answered.study.options.most_equal
+    steps, most = answered.models.steps, answered.study.options.most_equal
     squares, floor = np.array([step.gap.value**2 for step in steps]), steps[-1].gap.floor
     effects, logs = [], answered.models.augmented.model.logs
-    for k, (one, law) in enumerate(zip(found.laws, answered.laws, strict=True)):
-        many, own = 1 + most, law.per_experiment
+    for k, one in enumerate(answered.named):
+        law, own = one.law, one.law.per_experiment
         shared = [n for n in law.reported if n not in own]
         effects.append(
             DiagnosedEffect(
                 law,
                 {n: answered.estimate(n, law.units[n], np.nan) for n in shared},
                 own={n: dict(zip(logs.ids, logs.experiments[n].tolist(), strict=True)) for n in own},
-                confidence=_probability(found, k),
+                confidence=one.confidence,
                 shrink=float(shares(squares, floor, k, k + 1)),
                 interval=share_interval(steps, k, k + 1, answered.study.seed),
-                indistinguishable=tuple(each.added for each in one.members[1:many]),
+                indistinguishable=one.alike[:most],
                 step=k,
                 kind=one.kind,
-                probabilities=tuple(one.probabilities.tolist()[:many]),
+                probabilities=one.probabilities[: 1 + most],
             )
         )
     return tuple(sorted(effects, key=lambda effect: -effect.shrink))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from unmodelled.diagnosis.data.result import ChainPart, Compared, Evidence
@@ -19,9 +21,12 @@ from unmodelled.effects.added import Added
 LISTED = 20
 
 
-def compared(found: Judgement) -> tuple[Compared, ...]:
-    """Return the known physics and all refits by predictions of experiments left out, the best first."""
-    rows: list[tuple[tuple[Added, ...], LeftOutRuns]] = [((), found.look.parent.score)]
+def compared(found: Judgement, parts: Sequence[Added]) -> tuple[Compared, ...]:
+    """Return the known physics and all refits by predictions of experiments left out, the best first.
+
+    The known physics has its chain, of which some parts are effects where no law is.
+    """
+    rows: list[tuple[tuple[Added, ...], LeftOutRuns]] = [(tuple(parts), found.look.parent.score)]
     named = rows[0]
     for k, look in enumerate(found.rounds):
         before = tuple(law.speaker.added for law in found.laws[:k])

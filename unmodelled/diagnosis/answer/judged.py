@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from unmodelled.diagnosis.answer.assembled import Answered, Leaving, Models, assembled
-from unmodelled.diagnosis.answer.shares import LEAST, shares
+from unmodelled.diagnosis.answer.assembled import Answered, assembled
+from unmodelled.diagnosis.answer.models import models_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
-from unmodelled.diagnosis.judge.base import NOISES
+from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.known_physics import known_physics
-from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
+from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.diagnosis.judge.network import fit_network
 from unmodelled.effects.ports_between import (
     MOST_BETWEEN,
@@ -44,16 +41,17 @@ def judged(
 
     # 4. The models that leave have the parts of the chain that pay. Gaps are over windows of the horizon, of
     #    experiments that were left out of the fit, each once.
-    #    A law with which the model follows the experiments no better than without is not named, nor is one
-    #    that explains less than a twentieth of the squared gap, unless it leaves no more than noise.
+    #    What makes a gap that matters is an effect, also if it is a usual part of the chain.
     progress("fit the models without the parts of the chain that do not pay")
     every = replace(given, held_out=tuple(range(len(logs))))
     used = _with_used_ports(system, found)
-    models = _models(found, used, every)
+    models = models_of(found, used, every)
     if models.laws < len(found.laws):
         found = found.until(models.laws)
         used = _with_used_ports(system, found)
-        models = _models(found, used, every)
+        models = models_of(found, used, every)
+    if models.part is not None and not found.laws:
+        found = replace(found, verdict="effect" if found.verdict == "no_gap" else "main_effect", alike=None)
     study = replace(begun.study, system=used)
 
     # 5. A network in every port of the known physics is the reference where something is left.
@@ -77,27 +75,6 @@ def _with_used_ports(system: System, found: Judgement) -> System:
     inputs = found.final.fitted.hypothesis.study.system.inputs
     names = [law.speaker.added.place.name for law in found.laws if law.speaker.added.place.kind == "port"]
     return with_named_ports(replace(system, inputs=inputs), names)
-
-
-def _models(found: Judgement, system: System, every: Study) -> Models:
-    """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
-    last = found.final
-    chain, laws = paying_chain(last), [law.speaker.added for law in found.laws]
-    physics = Leaving.of("re-identified", [physics_fit(last, system)], every)
-    steps = [physics]
-    for k, law in enumerate(laws):
-        fits = last_fits(last, system, [e.key for e in laws[: k + 1]], chain)
-        steps.append(Leaving.of(f"with {law.family} at {law.place.channel}", fits, every))
-    augmented = chained = steps[-1]
-    if chain and not laws:
-        chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
-        augmented = min(physics, chained, key=lambda one: one.model.gap.value)
-    many = min(range(len(steps)), key=lambda k: steps[k].followed)
-    gaps, floor = np.array([one.model.gap.value for one in steps]), steps[-1].model.gap.floor
-    while many and shares(gaps**2, floor, many - 1, many) < LEAST and not gaps[many] < NOISES * floor:
-        many -= 1
-    known, labelled = known_model(every), tuple(one.model for one in steps)
-    return Models(known, labelled, augmented, chained, augmented.model, many)
 
 
 def _network(fitted: FittedHypothesis, every: Study) -> JudgedModel:

@@ -15,7 +15,7 @@ from unmodelled.diagnosis.fitting.deviation import substeps_needed
 from unmodelled.diagnosis.fitting.fit import OF_ERROR
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.judge.chain import Key, start_of_chain, unusual_parts, with_chain
+from unmodelled.diagnosis.judge.chain import Key, starts_of_chain, unusual_parts, with_chain
 from unmodelled.diagnosis.judge.residual import Residual
 
 #: Lengths of the windows in default horizons. Weak damping shows over long windows only; over whole
@@ -122,8 +122,8 @@ def _chained(
 ) -> FittedHypothesis:
     """The known physics with its chain, but for some parts, from its numbers and from a shorter fit."""
     hypothesis = with_chain(physics.hypothesis, tau, without)
-    cold: Start = {**physics.fit.every, **start_of_chain(hypothesis)}
-    starts = [cold] if shorter is None else [cold, {**cold, **shorter}]
+    cold: list[Start] = [{**physics.fit.every, **start} for start in starts_of_chain(hypothesis)]
+    starts = cold if shorter is None else [*cold, {**cold[0], **shorter}]
     found = [_fit(hypothesis, physics.recording, start, physics.fit.substeps) for start in starts]
     return min(found, key=_left)
 

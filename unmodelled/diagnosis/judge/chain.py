@@ -83,12 +83,20 @@ def _every(physics: Hypothesis) -> list[tuple[Effect, Place]]:
     return [(effect, place) for effect, place, _ in usual]
 
 
-def start_of_chain(hypothesis: Hypothesis) -> Start:
-    """Return starts of the chain: half a sample late, a sample of lag, right sensors, experiments alike."""
-    period = hypothesis.study.logs.period
-    found: dict[str, float] = {}
+def starts_of_chain(hypothesis: Hypothesis) -> list[Start]:
+    """Return starts of the chain: half a sample late, a sample of lag, right sensors, experiments alike.
+
+    An input that jumps at samples makes optima at whole samples and between them: a start on time follows.
+    """
+    late = [0.5, 0.0] if any(item.hold for item in hypothesis.study.system.inputs) else [0.5]
+    return [_start(hypothesis, share * hypothesis.study.logs.period) for share in late]
+
+
+def _start(hypothesis: Hypothesis, late: float) -> Start:
+    """Start of the chain with one delay of inputs and outputs, s."""
+    period, found = hypothesis.study.logs.period, dict[str, float]()
     for added in chain_of(hypothesis):
-        found |= dict.fromkeys(added.delays, 0.5 * period)
+        found |= dict.fromkeys(added.delays, late)
         found |= dict.fromkeys(added.shapes, period) if added.memory else {}
         found |= dict.fromkeys((*added.per_experiment, *added.amplitudes), 0.0)
         for name in added.shares:

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
@@ -18,6 +19,7 @@ from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
 from unmodelled.diagnosis.judge.refit import Parent
+from unmodelled.diagnosis.judge.weights import Weights
 from unmodelled.effects.added import Added
 from unmodelled.systems.model import System
 
@@ -38,6 +40,10 @@ class LastFit:
     def left_out(self) -> LeftOutRuns:
         """Return the experiments left out."""
         return LeftOutRuns.of(self.around)
+
+    def scores(self, weights: Weights) -> Array:
+        """Return the log densities (experiments,) of experiments left out, by the weights of another fit."""
+        return LeftOutRuns.of(Linearised.of(self.fitted, self.tau, weights)).log_scores
 
     @cached_property
     def _leaving(self) -> tuple[Hypothesis, Mapping[str, str]]:
@@ -95,15 +101,17 @@ class LastFit:
 
 
 def last_fits(
-    last: Parent, system: System, laws: Collection[Key], chain: Collection[Key]
+    last: Parent, system: System, laws: Collection[Key], chain: Collection[Key], named: Collection[Key] = ()
 ) -> Iterator[LastFit]:
     """Yield fits of a system with some of the laws and parts of the chain of a larger fit, over its windows.
+
+    Parts of the chain that are `named` are laws in them.
 
     Deviations of experiments are open in one of them and left out in the other. Where they are open, a supply
     that varies bends no number; where the file is a little wrong in all experiments, they absorb it.
     """
     own = {e.key for e in chain_of(last.fitted.hypothesis) if e.per_experiment}
-    yield from (_fit(last, system, {*laws, *chain, *more}) for more in ([own, ()] if own else [()]))
+    yield from (_fit(last, system, {*laws, *chain, *more}, named) for more in ([own, ()] if own else [()]))
 
 
 def paying_chain(last: Parent) -> list[Key]:
@@ -135,15 +143,16 @@ def physics_fit(last: Parent, system: System) -> LastFit:
     return LastFit(replace(physics, hypothesis=known), last.base.tau)
 
 
-def _fit(last: Parent, system: System, kept: Collection[Key]) -> LastFit:
-    """A fit of a system with some of the effects of a larger fit, from its numbers.
+def _fit(last: Parent, system: System, kept: Collection[Key], named: Collection[Key] = ()) -> LastFit:
+    """A fit of a system with some of the effects of a larger fit, from its numbers; those `named` are laws.
 
     Priors are tightened by the correlation time of what the larger fit leaves.
     """
     tau, values = float(last.residual.tau.max()), last.fitted.fit.every
     hypothesis, names = among(last.fitted.hypothesis, kept, system, float(np.sqrt(last.base.tau / tau)))
     start = {name: values[before] for name, before in names.items() if before in values}
-    return LastFit(last.base.fit(hypothesis, start), tau)
+    effects = tuple(replace(e, usual=e.usual and e.key not in named) for e in hypothesis.effects)
+    return LastFit(last.base.fit(replace(hypothesis, effects=effects), start), tau)
 
 
 def among(

@@ -1,0 +1,165 @@
+"""The models that leave: known physics, laws, and the parts of the measurement chain that pay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.answer.shares import LEAST, shares
+from unmodelled.diagnosis.data.gap import shrink
+from unmodelled.diagnosis.data.result import JudgedModel
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.doubts.confidence import MOST
+from unmodelled.diagnosis.fitting.judged_models import known_model
+from unmodelled.diagnosis.judge.base import MATTERS, NOISES
+from unmodelled.diagnosis.judge.chain import Key
+from unmodelled.diagnosis.judge.classes import NEAR_SQUARE, NEARLY_ALL
+from unmodelled.diagnosis.judge.judgement import Judgement
+from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
+from unmodelled.diagnosis.judge.left_out import probabilities
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import Effect, LawKind
+from unmodelled.systems.model import System
+
+
+@dataclass(frozen=True, eq=False)
+class Leaving:
+    """A model that leaves."""
+
+    model: JudgedModel  # its gap is that of experiments left out
+    last: LastFit
+    followed: float  # gap of the experiments that it was fitted to
+
+    @classmethod
+    def of(cls, label: str, fits: Iterable[LastFit], every: Study) -> Leaving:
+        """Return the fit with the smallest gap of experiments left out."""
+        judged = [(fit, fit.judged(label, every)) for fit in fits]
+        each = (cls(fit.left_out_of(model), fit, model.gap.value) for fit, model in judged)
+        return min(each, key=lambda one: one.model.gap.value)
+
+    @property
+    def matters(self) -> bool:
+        """Return whether the gap is above the noise of the sensors and a share of the motion."""
+        gap = self.model.gap
+        return gap.value > NOISES * gap.floor and gap.value > MATTERS * gap.persistence
+
+    def gone(self, other: Leaving) -> float:
+        """Return the share of the squared gap above the noise floor that another model removes."""
+        gap = other.model.gap
+        return shrink(self.model.gap.value, gap.value, gap.floor)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of the measurement chain that is an effect: alone, it makes most of a gap that matters."""
+
+    added: Added
+    kind: LawKind
+    explains: float  # share of the squared gap that the laws leave above the noise floor
+    alike: tuple[Added, ...]  # parts that alone explain about as much
+    probabilities: Array  # of the part and of those alike, (1 + alike,)
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """Models with their gaps, experiments left out."""
+
+    known: JudgedModel
+    steps: tuple[JudgedModel, ...]  # re-identified, then with one law or named part of the chain more each
+    augmented: Leaving
+    chained: Leaving  # with the parts of the chain that pay; `augmented` where it has them
+    neural: JudgedModel  # with a network in every port; `augmented` where nothing is left
+    laws: int  # how many laws are effects
+    part: Part | None  # of the chain, an effect beside the laws
+
+
+def models_of(found: Judgement, system: System, every: Study) -> Models:
+    """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
+    last, laws = found.final, [law.speaker.added.key for law in found.laws]
+    chain, physics = paying_chain(last), Leaving.of("re-identified", [physics_fit(last, system)], every)
+    part = _part(found, system, every, chain, physics)
+    named = [] if part is None else [part.added.key]
+    alike = [] if part is None else [one.key for one in part.alike]
+    rest = [key for key in chain if key not in (*named, *alike)]
+    steps = [physics]
+    for k, law in enumerate(found.laws):
+        fits = last_fits(last, system, laws[: k + 1], rest)
+        steps.append(Leaving.of(_label(law.speaker.added), fits, every))
+    many = _many(steps)
+    if part is not None:
+        steps.append(
+            Leaving.of(_label(part.added), last_fits(last, system, laws, [*rest, *named], named), every)
+        )
+    augmented = chained = steps[-1]
+    if chain and len(steps) == 1:
+        chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
+        augmented = min(physics, chained, key=lambda one: one.model.gap.value)
+    known, labelled = known_model(every), tuple(one.model for one in steps)
+    return Models(known, labelled, augmented, chained, augmented.model, many, part)
+
+
+def _label(added: Added) -> str:
+    """What a model has that the one before it has not."""
+    return f"with {added.family} at {added.place.channel}"
+
+
+def _many(steps: Sequence[Leaving]) -> int:
+    """How many of the laws are effects.
+
+    A law with which the model follows the experiments no better than without is none, nor is one that
+    explains less than a twentieth of the squared gap, unless it leaves no more than noise.
+    """
+    many = min(range(len(steps)), key=lambda k: steps[k].followed)
+    gaps, floor = np.array([one.model.gap.value for one in steps]), steps[-1].model.gap.floor
+    while many and shares(gaps**2, floor, many - 1, many) < LEAST and not gaps[many] < NOISES * floor:
+        many -= 1
+    return many
+
+
+def _part(
+    found: Judgement, system: System, every: Study, chain: Sequence[Key], physics: Leaving
+) -> Part | None:
+    """The part of the chain that alone explains most of what the laws leave, where that matters.
+
+    Where something is left and there is no law, the part must explain nearly all of it.
+    """
+    last, laws = found.final, [law.speaker.added.key for law in found.laws]
+    without = Leaving.of("", last_fits(last, system, laws, ()), every) if laws and chain else physics
+    if not chain or not without.matters:
+        return None
+    alone = [_Alone.of(key, list(last_fits(last, system, laws, [key], [key])), every) for key in chain]
+    best = min(alone, key=lambda one: one.square)
+    explains = without.gone(best.leaving)
+    if explains < (NEARLY_ALL if found.verdict == "unknown" else MOST):
+        return None
+    near = [one for one in alone if one.square <= NEAR_SQUARE * best.square]
+    weights = best.varying.around.weights
+    each = probabilities(np.stack([one.varying.scores(weights) for one in near]))
+    order = np.argsort(-each)
+    added, *others = (near[k].added for k in order)
+    return Part(added, near[order[0]].law.kind, explains, tuple(others), each[order])
+
+
+@dataclass(frozen=True, eq=False)
+class _Alone:
+    """The laws with one part of the chain alone."""
+
+    added: Added
+    law: Effect  # of the library
+    leaving: Leaving
+    varying: LastFit  # with deviations of experiments, by which predictions are compared
+
+    @classmethod
+    def of(cls, key: Key, fits: Sequence[LastFit], every: Study) -> _Alone:
+        hypothesis = fits[0].leaving
+        pairs = zip(hypothesis.effects, hypothesis.laws, strict=True)
+        added, law = next((e, law) for e, law in pairs if e.key == key)
+        return cls(added, law, Leaving.of("", fits, every), fits[0])
+
+    @property
+    def square(self) -> float:
+        """Return the squared gap."""
+        return self.leaving.model.gap.value**2
