@@ -11,9 +11,10 @@ from unmodelled.diagnosis.doubts.numbers import Numbers
 from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import LawClass, stands
 from unmodelled.diagnosis.judge.elimination import SIGMAS
-from unmodelled.diagnosis.judge.judgement import Judgement, Look
+from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
+from unmodelled.diagnosis.judge.looks import Look
 from unmodelled.diagnosis.judge.refit import Refit
 from unmodelled.effects.added import Added
 

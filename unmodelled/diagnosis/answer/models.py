@@ -88,7 +88,7 @@ def models_of(found: Judgement, system: System, every: Study) -> Models:
     for k, law in enumerate(found.laws):
         fits = last_fits(last, system, laws[: k + 1], rest)
         steps.append(Leaving.of(_label(law.speaker.added), fits, every))
-    many = _many(steps)
+    many = _many(steps, last.residual.white)
     if part is not None:
         steps.append(
             Leaving.of(_label(part.added), last_fits(last, system, laws, [*rest, *named], named), every)
@@ -106,15 +106,17 @@ def _label(added: Added) -> str:
     return f"with {added.family} at {added.place.channel}"
 
 
-def _many(steps: Sequence[Leaving]) -> int:
-    """How many of the laws are effects.
+def _many(steps: Sequence[Leaving], white: bool) -> int:
+    """How many of the laws are effects; all of them may leave `white` noise.
 
     A law with which the model follows the experiments no better than without is none, nor is one that
     explains less than a twentieth of the squared gap, unless it leaves no more than noise.
     """
     many = min(range(len(steps)), key=lambda k: steps[k].followed)
     gaps, floor = np.array([one.model.gap.value for one in steps]), steps[-1].model.gap.floor
-    while many and shares(gaps**2, floor, many - 1, many) < LEAST and not gaps[many] < NOISES * floor:
+    noise = gaps < NOISES * floor
+    noise[-1] |= white
+    while many and shares(gaps**2, floor, many - 1, many) < LEAST and not noise[many]:
         many -= 1
     return many
 

@@ -36,6 +36,16 @@ class LawClass:
         return self.members[0]
 
     @property
+    def plainest(self) -> LawClass:
+        """Return the class with the form of the fewest numbers as its speaker, itself where that speaks."""
+        forms = [k for k, one in enumerate(self.members) if one.row.about == self.speaker.row.about]
+        k = min(forms, key=lambda k: (self.members[k].row.atom.numbers, k))
+        if self.members[k].row.atom.numbers >= self.speaker.row.atom.numbers:
+            return self
+        order = [k, *(j for j in range(len(self.members)) if j != k)]
+        return LawClass(tuple(self.members[j] for j in order), self.probabilities[order])
+
+    @property
     def kind(self) -> str:
         """Return what the law to name is about, such as dry friction."""
         return self.speaker.row.atom.effect.kind
