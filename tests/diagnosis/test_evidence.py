@@ -26,7 +26,6 @@ from unmodelled.diagnosis.judge.paying import paying_parts
 from unmodelled.systems.reader import read_system
 
 RUBBING = Bench(runs=4, samples=400)
-LATE = 5
 LAWS = """schema: laws/1
 laws:
   rub:
@@ -99,21 +98,6 @@ def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
     (named,) = (row for row in found.comparison if row.named)
     assert named.effects == () and found.chance is not None and found.chance > 0.2
     assert found.parameters["mgl"].interval[0] < 1.2 < found.parameters["mgl"].interval[1]
-
-
-@pytest.mark.long
-def test_a_delay_leaves_with_the_system_and_what_does_not_pay_stays(folder: Path) -> None:
-    """Delays of the sensor and of the input are one number of this machine."""
-    found = by_evidence(folder / "late", replace(RUBBING, delay=LATE))
-    shared = [part for part in found.chain if not part.per_experiment]
-    assert {part.added.family for part in shared} <= {"sensor_delay", "input_delay"}
-    assert sum(part.value for part in shared) == pytest.approx(0.002 * LATE, abs=1e-4)
-    (output,) = found.augmented.system.outputs
-    (late,) = [part for part in shared if part.added.family == "sensor_delay"]
-    assert output.delay == pytest.approx(late.value) and 0.0 < late.error < 0.001
-    assert {e.added.family for e in found.effects} == {"coulomb_friction"}
-    lengths = sorted({row.horizon for row in found.evidence})
-    assert lengths == pytest.approx([HORIZON, 4.0 * HORIZON])
 
 
 def test_every_experiment_has_a_step_and_not_all_parts_of_the_chain_pay(folder: Path) -> None:

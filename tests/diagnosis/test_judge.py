@@ -13,7 +13,7 @@ from tests.machines.folders import system_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.judge import judgement
+from unmodelled.diagnosis.judge import further, judgement
 from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.chain import UNUSUAL, chain_of, unusual_parts
 from unmodelled.diagnosis.judge.classes import BAR, LawClass, best_class
@@ -103,7 +103,7 @@ def test_a_law_that_made_up_for_another_one_goes(folder: Path) -> None:
     look = judged(folder / "friction", Bench()).look
     stops = next(one for one in look.refits if one.row.atom.effect.family == "end_stop")
     assert stops.nats > 0.9 * BAR and stops.removed > 0.8
-    laws, rounds, parent = judgement._named([look], look, LawClass((stops,), np.ones(1)), 2, QUIET)
+    laws, rounds, parent = further._named([look], look, LawClass((stops,), np.ones(1)), 2, QUIET)
     assert [law.speaker.row.name for law in laws] == ["coulomb_friction@joint"] and rounds == [look]
     assert [e.family for e in parent.fitted.hypothesis.effects if not e.usual] == ["coulomb_friction"]
 

@@ -16,10 +16,11 @@ from unmodelled.diagnosis.doubts.confidence import MOST
 from unmodelled.diagnosis.fitting.judged_models import known_model
 from unmodelled.diagnosis.judge.base import MATTERS, NOISES
 from unmodelled.diagnosis.judge.chain import Key
-from unmodelled.diagnosis.judge.classes import NEAR_SQUARE, NEARLY_ALL
+from unmodelled.diagnosis.judge.classes import NEAR_NATS, NEAR_SQUARE, NEARLY_ALL
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
-from unmodelled.diagnosis.judge.left_out import probabilities
+from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
+from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect, LawKind
 from unmodelled.systems.model import System
@@ -137,12 +138,19 @@ def _part(
     explains = without.gone(best.leaving)
     if explains < (NEARLY_ALL if found.verdict == "unknown" else MOST):
         return None
-    near = [one for one in alone if one.square <= NEAR_SQUARE * best.square]
     weights = best.varying.around.weights
-    each = probabilities(np.stack([one.varying.scores(weights) for one in near]))
+    beside = {one: Linearised.of(one.varying.fitted, one.varying.tau, weights) for one in alone}
+    near = [one for one in alone if _alike(beside[one], beside[best])]
+    each = probabilities(np.stack([LeftOutRuns.of(beside[one]).log_scores for one in near]))
     order = np.argsort(-each)
     added, *others = (near[k].added for k in order)
     return Part(added, near[order[0]].law.kind, explains, tuple(others), each[order])
+
+
+def _alike(one: Linearised, best: Linearised) -> bool:
+    """Whether a fit leaves about as much as the best one, weighted alike, from fitted starts."""
+    ratio = float(np.exp(np.log(one.squares / best.squares).mean(axis=1).max()))
+    return best.evidence - one.evidence <= NEAR_NATS or ratio <= NEAR_SQUARE
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
@@ -19,7 +18,6 @@ from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.paying import paying_parts
 from unmodelled.diagnosis.judge.refit import Parent
-from unmodelled.diagnosis.judge.weights import Weights
 from unmodelled.effects.added import Added
 from unmodelled.systems.model import System
 
@@ -40,10 +38,6 @@ class LastFit:
     def left_out(self) -> LeftOutRuns:
         """Return the experiments left out."""
         return LeftOutRuns.of(self.around)
-
-    def scores(self, weights: Weights) -> Array:
-        """Return the log densities (experiments,) of experiments left out, by the weights of another fit."""
-        return LeftOutRuns.of(Linearised.of(self.fitted, self.tau, weights)).log_scores
 
     @cached_property
     def _leaving(self) -> tuple[Hypothesis, Mapping[str, str]]:
