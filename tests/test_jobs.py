@@ -13,7 +13,7 @@ import pytest
 from pipeline.jobs import IDENTITY, growing_folder, run_jobs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.base.workers import pool_of
 
 ABOUT = {"seed": 1, "levels": (0.5, 2.0)}
