@@ -29,7 +29,7 @@ from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
 from unmodelled.logs.readers.rosbag import RosBag
 from unmodelled.logs.readers.ulog import ULog
-from unmodelled.logs.recognition import foreign
+from unmodelled.logs.recognition import Source
 
 #: Readers in the order in which they are asked; what is left is text.
 _FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Messages, Delimited)
@@ -62,7 +62,8 @@ def reader_of(path: Path) -> Reader | None:
     if path.is_dir():
         return None
     wanted = f"of a format that is read ({', '.join(reader.name for reader in readers())})"
-    raise foreign(path, wanted) or BadInput(f"{path}: is not {wanted}: leave it out, or save it as CSV")
+    unknown = BadInput(f"{path}: is not {wanted}: leave it out, or save it as CSV")
+    raise Source(path, start).foreign(wanted) or unknown
 
 
 def read_files(
