@@ -7,11 +7,12 @@ from scipy.stats import kurtosis, lognorm, norm, skew
 from pipeline.uncertainty.moments import of_moments, sample_moments
 from pipeline.uncertainty.references import monotone_density
 from pipeline.uncertainty.sampled import MonteCarlo, QuasiMonteCarlo, even_grid
+from tests.uncertainty.other_families import Gaussian, Uniform
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.density import GaussianDensity
-from unmodelled.uncertainty.families import ClippedNormal, Family, Gaussian, TruncatedNormal, Uniform
+from unmodelled.uncertainty.families import ClippedNormal, Family, TruncatedNormal
 from unmodelled.uncertainty.likelihood import at_data, floored, log_likelihoods, objective, tail_floor
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.propagation import (
