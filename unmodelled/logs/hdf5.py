@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from unmodelled.base.arrays import Array
-from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.errors import BadInput, Faults, first_line
 from unmodelled.base.files import replacing
 from unmodelled.base.limits import check_memory, limit_time, limited_process
 from unmodelled.base.shapes import ORIGIN, check_shape
@@ -145,7 +145,7 @@ def _limited(function: Callable[..., Any], place: Address, *args: Any) -> Any:
     except BadInput:
         raise
     except Exception as error:  # there is no common base of what a damaged file can raise
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{place.path}: not an HDF5 file, or damaged ({reason[:100]})") from None
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput, Faults, nearest
+from unmodelled.base.errors import BadInput, Faults, first_few, nearest
 from unmodelled.base.limits import check_file
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -193,5 +193,4 @@ def _plain(cell: str) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
-    return ", ".join(repr(name[:30]) for name in names[:NAMES]) + more
+    return first_few([repr(name[:30]) for name in names], NAMES)
