@@ -44,8 +44,8 @@ def with_robot(
     locked = _locked(sections, robot)
     if apart := _apart(sections, robot, locked):
         words = "are in no input and no output: with the joints that follow them, they stand still at 0; "
-        names = first_few([robot.joints[k].written for k in apart])
-        note = f"{names} {words}to let them move, add their inputs"
+        still = first_few([robot.joints[k].written for k in apart])
+        note = f"{still} {words}to let them move, add their inputs"
         robot = replace(robot, notes=(*robot.notes, note))
     locked = robot.resting({**locked, **dict.fromkeys(apart, 0.0)})
     return _Sections(dict(sections), robot, locked, text, tuple(numbers)).read()
@@ -128,9 +128,8 @@ class _Sections:
             notes.append(f"{', '.join(zeros)} are 0 in the robot file: {words}")
         given = self._given("locked")
         if free := [j.written for j in self.robot.joints if j.follows and {j.name, j.written} & given.keys()]:
-            notes.append(
-                f"{first_few(free)}: locked, so that it follows no other joint: remove it from locked"
-            )
+            words = "locked, so that it follows no other joint: remove it from locked"
+            notes.append(f"{first_few(free)}: {words}")
         file = self.sections["model"].text()
         notes = [*self.robot.notes, *notes]
         rates = {name: str(text) for name, text in own["dynamics"].items()}
