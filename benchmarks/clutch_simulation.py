@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.timing import compared, seconds
+from pipeline.chapters import phases
 from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.base.arrays import Array
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.systems import phases
 from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system

@@ -17,8 +17,8 @@ from typing import Any
 
 import yaml
 
+from pipeline.jobs import run_jobs
 from unmodelled.base import workers
-from unmodelled.base.jobs import run_jobs
 
 Words = list[str]
 

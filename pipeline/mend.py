@@ -21,7 +21,7 @@ import psutil
 import yaml
 
 from unmodelled.base.leftovers import remove_abandoned
-from unmodelled.base.ownership import ON_ITS_WAY
+from unmodelled.base.markers import ON_ITS_WAY
 from unmodelled.base.progress import track
 
 #: Folders of results.

@@ -21,7 +21,7 @@ from tests.commands import ROOT, python
 from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import copy_results, put_folder, read_json, replacing, replacing_folder, write_json
-from unmodelled.base.ownership import MARKER, RECORD
+from unmodelled.base.markers import MARKER, RECORD
 from unmodelled.base.parquet import write_parquet
 from unmodelled.learning.checkpoint import write_checkpoint
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.jobs import IDENTITY, growing_folder, run_jobs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
-from unmodelled.base.jobs import IDENTITY, growing_folder, run_jobs
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.base.workers import pool_of
 
 ABOUT = {"seed": 1, "levels": (0.5, 2.0)}
@@ -83,7 +83,7 @@ def test_other_work_starts_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert interrupted(out, ABOUT | {"seed": 2}, code=[program]) == ["c.json"]
     (program / "a.py").write_text("a = 2")
     assert interrupted(out, ABOUT | {"seed": 2}, "d.json") == []
-    monkeypatch.setattr("unmodelled.base.jobs.LIBRARY", tmp_path / "program")
+    monkeypatch.setattr("pipeline.jobs.LIBRARY", tmp_path / "program")
     assert interrupted(out, ABOUT | {"seed": 2}) == []
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pipeline.chapters.phases import trajectories
 from unmodelled.base.errors import BadInput
 from unmodelled.base.parquet import read_parquet
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import trajectories
 
 EVENT = "shift"
 #: Signals of the system file that figures 3.19 and 3.20 show.

@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.uncertainty.moments import standardised
+from pipeline.uncertainty.references import earth_mover_distance, monotone_density
 from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos, Expansion
-from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
+from unmodelled.uncertainty.density import Density, GaussianDensity
 from unmodelled.uncertainty.families import ClippedNormal
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
-from unmodelled.uncertainty.propagation import standardised
-from unmodelled.uncertainty.push_forward import monotone_density
 
 FAMILY = ClippedNormal(-2.0, 5.0)
 ALPHA = np.array([[0.0, 2.0]])

@@ -7,10 +7,10 @@ from typing import Any
 
 import pandas as pd
 
+from pipeline.chapters.equations import equations
 from pipeline.revision import revision
 from unmodelled.base.files import read_json, replacing, replacing_folder, write_json
 from unmodelled.base.parquet import write_parquet
-from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System
 
 

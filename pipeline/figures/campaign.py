@@ -12,7 +12,8 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters.boundary import measured
 from pipeline.figures.examples import experiments_of, levels
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
-from unmodelled.report.figures.style import BLACK, LABELS, new_figure, styled
+from pipeline.figures.settings import LABELS
+from unmodelled.report.figures.style import BLACK, new_figure, styled
 
 #: Trajectories are cut to this many samples before a recurrent network learns from them (section 5.4.2).
 TRUNCATION = 4000

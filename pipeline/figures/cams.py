@@ -12,20 +12,17 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import experiments_of, folded, levels, median_row, read
 from pipeline.figures.panels import cam_grid
+from pipeline.figures.settings import MM, angle_axis, level, setting
 from unmodelled.base.arrays import Array
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
     GREY,
-    MM,
     PURPLE,
     SKY,
     VERMILION,
     absent,
-    angle_axis,
-    level,
     new_figure,
-    setting,
     shades,
     styled,
     thin,

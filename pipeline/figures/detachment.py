@@ -16,8 +16,9 @@ from pipeline.chapters.boundary import SETTING, first_crossing, measured
 from pipeline.figures.examples import experiments_of, levels, median_row, nominal_and_bouncing, read
 from pipeline.figures.palette import nothing
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
+from pipeline.figures.settings import LABELS, MM, setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
+from unmodelled.report.figures.style import BLACK, absent, new_figure, signed, styled
 
 FORCE = "$F^†$ (N)"
 

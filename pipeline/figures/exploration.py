@@ -15,8 +15,9 @@ from matplotlib.patches import Patch
 from pipeline.figures.examples import levels
 from pipeline.figures.palette import by_share, handle, look, present, shares, smallest_share, table
 from pipeline.figures.panels import STALL, edges, strokes_beside
+from pipeline.figures.settings import LABELS, in_pi, level
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
+from unmodelled.report.figures.style import BLACK, WIDTH, halo, new_figure, styled
 
 SETTING = ["H", "beta", "m"]
 

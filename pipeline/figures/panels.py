@@ -14,8 +14,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from pipeline.figures.examples import levels
+from pipeline.figures.settings import LABELS, level
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, LABELS, halo, level, new_figure
+from unmodelled.report.figures.style import BLACK, halo, new_figure
 
 Panels = dict[tuple[float, float], Axes]
 

@@ -13,8 +13,9 @@ from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.examples import read
 from pipeline.figures.palette import band, by_share, handle, look, nothing, plain_log, present, shares, table
+from pipeline.figures.settings import setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, new_figure, setting, styled
+from unmodelled.report.figures.style import BLACK, new_figure, styled
 
 MSE = "MSE of ω ((rad/s)²)"
 #: Numbers of hidden units that the chapter settles on.

@@ -9,22 +9,9 @@ from matplotlib.figure import Figure
 
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, read, varied
+from pipeline.figures.settings import LABELS, MM, angle_axis, level, setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import (
-    BLACK,
-    GREY,
-    LABELS,
-    MM,
-    NEUTRAL,
-    absent,
-    angle_axis,
-    level,
-    new_figure,
-    setting,
-    shades,
-    styled,
-    thin,
-)
+from unmodelled.report.figures.style import BLACK, GREY, NEUTRAL, absent, new_figure, shades, styled, thin
 
 
 def _centre_title(experiments: pd.DataFrame) -> str:

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from pipeline.recordings.log_folder import Experiment, write_log_folder
+from pipeline.recordings.resample import resample
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
-from unmodelled.logs.resample import resample
 
 FACTORS = ("H", "beta", "m")
 

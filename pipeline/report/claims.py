@@ -7,8 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from pipeline.report.numbers import percentage
 from unmodelled.base.errors import BadInput
-from unmodelled.report.numbers import number, percentage, quantity, unit_text
+from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table, exact
 
 #: The verdicts on a claim, and the name of their colour in the style sheet.

@@ -4,7 +4,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from unmodelled.report.numbers import duration, number, quantity, unit_text
+from pipeline.report.numbers import duration
+from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table, exact
 
 #: Keys of a metrics file that describe the file; everything else holds numbers.

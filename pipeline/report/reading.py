@@ -5,22 +5,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pipeline.report.checks import KINDS, check_choice, check_interval, read_object
 from pipeline.report.claims import KEYS, VERDICTS, read_full
 from pipeline.report.equations import read_equations
+from pipeline.report.file_table import file_table
 from pipeline.report.metrics import leaves
 from pipeline.report.results import Diagnosis, Results
 from unmodelled.base.errors import BadInput
-from unmodelled.report.checks import (
-    KINDS,
-    check_chapter,
-    check_choice,
-    check_interval,
-    read_object,
-    read_rows,
-)
+from unmodelled.report.checks import check_chapter, read_rows
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.headline import headline
-from unmodelled.report.tables import Table, file_table
+from unmodelled.report.tables import Table
 
 #: What the note of an execution says at least.
 EXECUTION = (

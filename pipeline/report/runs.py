@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from unmodelled.report.numbers import duration, number
+from pipeline.report.numbers import duration
+from unmodelled.report.numbers import number
 from unmodelled.report.tables import Cell, Table, exact
 
 Execution = Mapping[str, Any]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.report.claims import VERDICTS, counts
+from pipeline.report.numbers import duration
 from pipeline.report.pages import Contents, Page, contents, pages
 from pipeline.report.results import Diagnosis, Results
 from pipeline.report.runs import (
@@ -22,9 +23,9 @@ from pipeline.report.runs import (
 from unmodelled.base.files import replacing, replacing_folder
 from unmodelled.base.ownership import check_replaceable
 from unmodelled.report.diagnosis_page import view
-from unmodelled.report.numbers import duration, number
+from unmodelled.report.numbers import number
 from unmodelled.report.rendering import ORIGINS, STATIC, check_own_page, templates
-from unmodelled.report.search import Entry, entry, figure_entries, script, table_entries
+from unmodelled.report.search import Entry, as_block, entry, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -83,7 +84,7 @@ def build(results: Results, out: Path) -> None:
             _write_diagnosis(diagnosis, site, folder)
         for asset in ASSETS:
             shutil.copyfile(STATIC / asset, folder / asset)
-        (folder / "search.js").write_text(script(index(every, shown, results)))
+        (folder / "search.js").write_text(f"window.SEARCH = {as_block(index(every, shown, results))};\n")
 
 
 def _write_tables(tables: Sequence[Table], folder: Path) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 
 from pipeline.chapters.readable import write_chapter
+from pipeline.uncertainty.assessment import Assessment
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet
-from unmodelled.learning.uncertainty.assessment import Assessment
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup

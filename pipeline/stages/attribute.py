@@ -16,6 +16,7 @@ from pipeline.cam_follower.detachment import Family
 from pipeline.cam_follower.jumps import example_rows
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
+from pipeline.splits import fold_named
 from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
@@ -23,7 +24,7 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.learning.splits import Split, fold_named
+from unmodelled.learning.splits import Split
 
 Tables = dict[str, pd.DataFrame]
 

@@ -7,10 +7,10 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.chapters.known import system_files
+from pipeline.jobs import growing_folder, run_jobs
 from pipeline.revision import PACKAGE
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
-from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.sentences import sentences

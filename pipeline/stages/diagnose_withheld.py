@@ -8,11 +8,11 @@ import time
 from functools import partial
 from pathlib import Path
 
+from pipeline.jobs import growing_folder, run_jobs
 from pipeline.revision import PACKAGE
 from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, VALIDATION, campaigns_in, cases_in
 from pipeline.withheld.validation import validated
 from unmodelled.base.files import read_json, write_json
-from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.diagnose import diagnose_gap

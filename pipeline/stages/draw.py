@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipeline.jobs import run_jobs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
-from unmodelled.base.jobs import run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.base.shapes import ORIGIN, read_shaped
 

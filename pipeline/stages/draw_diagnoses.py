@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from pipeline.jobs import run_jobs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import copy_results, read_json, replacing_folder, write_json
-from unmodelled.base.jobs import run_jobs
 from unmodelled.base.ownership import verb
 
 

@@ -14,11 +14,11 @@ from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.labels import mean_extreme
+from pipeline.recordings.resample import resample
 from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
-from unmodelled.logs.resample import resample
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "next: {program} train model=f_h2 split=extrapolation model.features={out}"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.chapters.reported import read_truth
+from pipeline.jobs import growing_folder, run_jobs
 from pipeline.revision import PACKAGE
 from pipeline.rigs.withheld.campaign import add_runs
 from pipeline.rigs.withheld.cases import Case
@@ -18,7 +19,6 @@ from pipeline.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, cases_in
 from pipeline.withheld.proposals import KINDS, write_limits
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
-from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.design.design import design
 from unmodelled.logs.folder import read_logs

@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.chapters.reported import read_held_out, read_truth
+from pipeline.jobs import growing_folder, run_jobs
 from pipeline.revision import PACKAGE
 from pipeline.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
 from pipeline.withheld.oracle import Known, oracle
 from pipeline.withheld.sparse_regression import largest_term
 from unmodelled.base.files import read_json, write_json
-from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study

@@ -11,12 +11,13 @@ import pandas as pd
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters import boundary, claims, summary
 from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
+from pipeline.splits import nominal_subsets
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet
 from unmodelled.base.progress import track
-from unmodelled.learning.splits import Fold, Split, nominal_subsets
+from unmodelled.learning.splits import Fold, Split
 
 PROTOCOL = (
     "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; "

@@ -10,12 +10,13 @@ import pandas as pd
 from pipeline.chapters import chapter5
 from pipeline.chapters.claims import complete
 from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
+from pipeline.splits import fold_named
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet
-from unmodelled.learning.splits import Split, fold_named
+from unmodelled.learning.splits import Split
 
 PREDICTED = ("runs", "repeats", "examples")
 EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "points", "exact", "agreement")

@@ -9,7 +9,7 @@ import pytest
 from pipeline.__main__ import CONF, PROGRAM, main
 from tests.commands import exit_code, python
 from tests.conftest import log_text, write_archive
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 
 ROOT = CONF.parent
 #: Exit code, standard output and standard error of a command.

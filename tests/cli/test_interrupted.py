@@ -12,7 +12,7 @@ from typing import Any
 import psutil
 import pytest
 
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.base.workers import INTERRUPTION
 
 Ready = Callable[[psutil.Process], bool]

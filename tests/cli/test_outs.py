@@ -13,7 +13,8 @@ from tests.commands import exit_code
 from tests.conftest import files_of
 from tests.every import check_each
 from unmodelled.base.errors import BadInput
-from unmodelled.base.ownership import MARKER, OUTPUTS, Out, OutputPlace, path_arguments
+from unmodelled.base.markers import MARKER
+from unmodelled.base.ownership import OUTPUTS, Out, OutputPlace, path_arguments
 
 Stage = Callable[..., object]
 

@@ -14,7 +14,7 @@ from tests.conftest import files_of
 from tests.machines.folders import write_runs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.logs.folder import read_logs

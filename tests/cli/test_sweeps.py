@@ -15,7 +15,7 @@ from tests.machines.folders import text_of, write_runs
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.cli.command_line import _options_last
 from unmodelled.cli.sweep.runs import FAILURE, OVERRIDES
 from unmodelled.cli.verbs.compare import compare

@@ -10,8 +10,9 @@ import pytest
 from pipeline.chapters import chapter5
 from pipeline.chapters.chapter5 import claims
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
+from pipeline.splits import fold_named
 from unmodelled.base.errors import BadInput
-from unmodelled.learning.splits import Fold, fold_named
+from unmodelled.learning.splits import Fold
 
 MODELS = ("tau1", "tau2", "tau3", "tau4")
 FOLDS = {"uniform": ["1%", "5%", "10%", "30%", "50%"], "factors": ["H", "beta", "m"]}

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline import splits
 from pipeline.cam_follower import labels, metrics
 from pipeline.chapters import boundary
 from unmodelled.base.errors import BadInput
-from unmodelled.learning import splits
 
 TURN = 2 * np.pi
 

@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline import splits
 from pipeline.cam_follower.jumps import Observed, example_rows, judge, threshold
 from pipeline.cam_follower.labels import mean_extreme
 from unmodelled.base.arrays import Array
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.learning import splits
 from unmodelled.learning.splits import Fold
 
 FACTORS = ["H", "beta", "m"]

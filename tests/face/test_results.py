@@ -18,7 +18,7 @@ from tests.diagnosis.diagnoses import HELD_OUT, Said, diagnosis
 from tests.diagnosis.studies import HORIZON, JOINT
 from tests.diagnosis.test_augmented import CASES
 from unmodelled.base.files import read_json
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.base.parquet import read_parquet
 from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.where.where import where

@@ -21,7 +21,7 @@ from tests.measurements.systems import motor, run, write, write_tables
 from unmodelled.api.answer_list import list_answers
 from unmodelled.base import search
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.base.ownership import links_in
+from unmodelled.base.markers import links_in
 from unmodelled.cli.sweep.runs import run_folders
 from unmodelled.cli.verbs.init import init
 from unmodelled.cli.written import written

@@ -13,9 +13,10 @@ from scipy.integrate import quad
 from scipy.special import ndtri, roots_legendre
 from scipy.stats import truncnorm
 
+from pipeline.uncertainty.references import earth_mover_distance
 from unmodelled.base.arrays import Array
 from unmodelled.uncertainty.chaos import Chaos, Expansion
-from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
+from unmodelled.uncertainty.density import Density, GaussianDensity
 from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
 from unmodelled.uncertainty.families.orthogonal import Hermite
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 
+from pipeline import splits
 from pipeline.__main__ import PROGRAM
 from pipeline.cam_follower import free_run, one_step
 from pipeline.cam_follower.cam_follower import CamFollower
@@ -23,7 +24,6 @@ from unmodelled.base.arrays import Indices
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
-from unmodelled.learning import splits
 from unmodelled.learning.checkpoint import save
 
 DRIVETRAIN = "/training@_here_: drivetrain\n"

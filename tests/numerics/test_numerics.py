@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.signal import savgol_filter
 
 from pipeline.cam_follower.integrate import SPEED_LIMIT, rollout
+from pipeline.recordings.resample import resample
 from unmodelled.base.arrays import Array
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import ORDER, filtered, noise, quantum, resolution, smooth_derivative
-from unmodelled.logs.resample import resample
 
 
 @given(st.floats(0.5, 15.0))

@@ -22,11 +22,10 @@ from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.actuator_gain import ActuatorGain
 from unmodelled.effects.added import Added
 from unmodelled.effects.backlash import FrictionBehindPlay
+from unmodelled.effects.delay import InputDelay, SensorDelay
 from unmodelled.effects.effect import Effect
-from unmodelled.effects.input_delay import InputDelay
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
-from unmodelled.effects.sensor_delay import SensorDelay
 from unmodelled.effects.sensor_gain import SensorGain
 from unmodelled.effects.sensor_lag import SensorLag
 from unmodelled.engine.free_run import Integration, Windows, free_run

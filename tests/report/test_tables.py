@@ -5,8 +5,9 @@ from typing import Any
 import pytest
 
 from pipeline.report.claims import claims_table
+from pipeline.report.numbers import duration, percentage
 from tests.report.case import claim
-from unmodelled.report.numbers import duration, number, percentage, quantity, unit_text
+from unmodelled.report.numbers import number, quantity, unit_text
 
 
 @pytest.mark.parametrize(

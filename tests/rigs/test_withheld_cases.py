@@ -21,7 +21,7 @@ from pipeline.rigs.withheld.machines import BALANCES, EVERY, FURTHER, MACHINES
 from tests.conftest import files_of
 from tests.rigs.test_withheld import bare, short
 from unmodelled.base.errors import BadInput
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.effects.library import effects
 from unmodelled.systems.reader import read_system
 

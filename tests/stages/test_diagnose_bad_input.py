@@ -15,7 +15,7 @@ import pytest
 from tests.commands import exit_code
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-from unmodelled.base.ownership import MARKER
+from unmodelled.base.markers import MARKER
 from unmodelled.diagnosis.answer import diagnose as story
 
 Change = Callable[[Path], None]

@@ -9,18 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.uncertainty.other_families import Beta, Gamma, Gaussian, Uniform
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos, Expansion, multi_indices
-from unmodelled.uncertainty.families import (
-    Beta,
-    ClippedNormal,
-    Family,
-    Gamma,
-    Gaussian,
-    TruncatedNormal,
-    Uniform,
-)
+from unmodelled.uncertainty.families import ClippedNormal, Family, TruncatedNormal
 
 Families, Alpha = tuple[Family, ...], list[list[float]]
 CASES: list[tuple[Families, Alpha]] = [

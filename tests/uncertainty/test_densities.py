@@ -11,10 +11,11 @@ from scipy import stats
 from scipy.integrate import cumulative_trapezoid, quad
 from scipy.special import roots_legendre
 
+from pipeline.uncertainty.empirical import BINS, Empirical, Histogram
+from pipeline.uncertainty.references import earth_mover_distance
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
-from unmodelled.uncertainty.density import REACH, Density, GaussianDensity, earth_mover_distance
-from unmodelled.uncertainty.empirical import BINS, Empirical, Histogram
+from unmodelled.uncertainty.density import REACH, Density, GaussianDensity
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 

@@ -4,26 +4,26 @@ import numpy as np
 import pytest
 from scipy.stats import kurtosis, lognorm, norm, skew
 
+from pipeline.uncertainty.moments import of_moments, sample_moments
+from pipeline.uncertainty.references import monotone_density
+from pipeline.uncertainty.sampled import MonteCarlo, QuasiMonteCarlo, even_grid
+from tests.uncertainty.other_families import Gaussian, Uniform
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
 from unmodelled.uncertainty.density import GaussianDensity
-from unmodelled.uncertainty.families import ClippedNormal, Family, Gaussian, TruncatedNormal, Uniform
+from unmodelled.uncertainty.families import ClippedNormal, Family, TruncatedNormal
 from unmodelled.uncertainty.likelihood import at_data, floored, log_likelihoods, objective, tail_floor
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.propagation import (
     ChaosGaussian,
     ChaosMaximumEntropy,
     ExactPushForward,
-    MonteCarlo,
     Propagation,
-    QuasiMonteCarlo,
-    of_moments,
-    sample_moments,
 )
-from unmodelled.uncertainty.push_forward import PushForward, monotone_density
+from unmodelled.uncertainty.push_forward import PushForward
 from unmodelled.uncertainty.response import Formula, evaluate_response
-from unmodelled.uncertainty.sampling import data_sets, draw, even_grid
+from unmodelled.uncertainty.sampling import data_sets, draw
 from unmodelled.uncertainty.surface import ResponseSurface
 
 NAMES = ("theta_1", "theta_2")

@@ -15,13 +15,12 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from unmodelled.api.named_effect import ComparisonTable, GapLocation, NamedEffect
+from unmodelled.api.named_effect import GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import copy_results, replacing_folder
+from unmodelled.base.markers import links_in
 from unmodelled.base.notebook import shown
-from unmodelled.base.ownership import links_in, writing
-from unmodelled.base.sure_numbers import as_said
-from unmodelled.base.wording import effect_name, effect_names
+from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.findings import SUMMARY, TABLES, Findings, with_parts
 from unmodelled.diagnosis.answer.live import LIVE
@@ -29,14 +28,20 @@ from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.logs.inputs import read_inputs
 from unmodelled.logs.logs import Logs
-from unmodelled.report.diagnosis_page import PAGE, write_page
+from unmodelled.report.answer_tables import (
+    comparison_table,
+    evidence_table,
+    gap_table,
+    number_table,
+    parameter_table,
+    unit_table,
+)
+from unmodelled.report.diagnosis_page import PAGE, command_of, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
 from unmodelled.report.headline import headline
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
-
-MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,9 +173,7 @@ class Answer:
         removed is the share of the squared residual that the law removes, 0 to 1. It is empty where laws were
         not compared by evidence.
         """
-        columns = ["horizon", "nats", "removed"]
-        rows = [(effect_name(e), *(e[c] for c in columns)) for e in self.content.get("evidence", ())]
-        return ComparisonTable(rows, columns=["law", *columns])
+        return evidence_table(self.content)
 
     @property
     def strangers(self) -> tuple[str, ...]:
@@ -185,8 +188,7 @@ class Answer:
         found (augmented), with a network in every port (neural), the noise floor (floor), and the prediction
         that every output keeps its value or its speed (persistence).
         """
-        gap = self.content["gap"]
-        return pd.DataFrame([(name, gap[name]) for name in MODELS], columns=["model", "gap"])
+        return gap_table(self.content)
 
     @property
     def units(self) -> pd.DataFrame:
@@ -195,20 +197,12 @@ class Answer:
         Columns: output, unit, known and augmented (at the end of the free-run windows), known_whole_run and
         augmented_whole_run; nan where the simulation diverges.
         """
-        errors = self.content["gap"]["units"]
-        rows = [{"output": name, **as_said(entry)} for name, entry in errors.items()]
-        numbers = ["known", "augmented", "known_whole_run", "augmented_whole_run"]
-        table = pd.DataFrame(rows, columns=["output", "unit", *numbers])
-        return table.astype(dict.fromkeys(numbers, float))
+        return unit_table(self.content)
 
     @property
     def parameters(self) -> pd.DataFrame:
         """Return the refitted parameters: name, unit, known, identified, low, high (95 % interval), SI."""
-        rows = [
-            (name, e["unit"], e["known"], e["identified"], *e["interval"])
-            for name, e in self.content["parameters"].items()
-        ]
-        return pd.DataFrame(rows, columns=["name", "unit", "known", "identified", "low", "high"])
+        return parameter_table(self.content)
 
     @property
     def comparison(self) -> pd.DataFrame:
@@ -219,13 +213,7 @@ class Answer:
         error over experiments, and named. The named one is the simplest that none beats by more than chance
         and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
         """
-        numbers = ["score", "difference", "standard_error", "named"]
-        found = sorted(self.content["comparison"], key=lambda entry: entry["difference"])
-        rows = [
-            (rank, effect_names(entry["effects"]), *(entry[name] for name in numbers))
-            for rank, entry in enumerate(found, start=1)
-        ]
-        return ComparisonTable(rows, columns=["rank", "hypothesis", *numbers])
+        return comparison_table(self.content)
 
     def table(self) -> pd.DataFrame:
         """Return the numbers of the effects, a row each.
@@ -233,16 +221,7 @@ class Answer:
         Columns: effect (in words), law, parameter, value, low, high (95 % interval), unit (SI), confidence
         and shrink (both of the effect, 0 to 1).
         """
-        rows = [
-            (
-                *(effect_name(entry), entry["law"], name, number["value"], *number["interval"]),
-                *(number["unit"], entry["confidence"], entry["shrink"]),
-            )
-            for entry in self.content["effects"]
-            for name, number in entry["parameters"].items()
-        ]
-        columns = ["effect", "law", "parameter", "value", "low", "high", "unit", "confidence", "shrink"]
-        return pd.DataFrame(rows, columns=columns)
+        return number_table(self.content)
 
     def plot(self, figure: str | None = None) -> Figure:
         """Draw a figure of the answer.
@@ -286,7 +265,7 @@ class Answer:
         Raises:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
-        out, page = Path(folder), lambda into: write_page(into, self._command)
+        out, page = Path(folder), lambda into: write_page(into, command_of(self.content))
         sources = {"answer": str(self.folder), **self._sources}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
             copy_results(self.folder, new, () if pages else (LIVE,))
@@ -314,14 +293,6 @@ class Answer:
             "Channels by which the gap enters": self.where.channels,
         }
         return shown(headline(self.content), repr(self).splitlines(), tables)
-
-    @property
-    def _command(self) -> str:
-        """The command line that gives this answer; none where system or logs are no files."""
-        system, logs = self._sources.get("system"), self._sources.get("logs")
-        horizon, seed = self.content["gap"]["horizon"], self.content["seed"]
-        command = f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
-        return command if system and logs else ""
 
 
 def _remove(folder: Path, owner: int) -> None:

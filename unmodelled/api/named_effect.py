@@ -1,4 +1,4 @@
-"""Parts of an answer as a user meets them: a named effect, the place of the gap, and what was compared."""
+"""Parts of an answer as a user meets them: a named effect, and the place of the gap."""
 
 from __future__ import annotations
 
@@ -134,10 +134,3 @@ class GapLocation:
 
     def _repr_html_(self) -> str:
         return shown("Where the gap lies", [], vars(self))
-
-
-class ComparisonTable(pd.DataFrame):  # type: ignore[misc]  # pandas has no types
-    """Data frame that prints with all of its rows and columns; a part of it is a plain one."""
-
-    def __repr__(self) -> str:
-        return str(self.to_string(index=False, float_format="{:.3g}".format))

@@ -89,6 +89,22 @@ def closest(name: str, known: Collection[str]) -> str:
     return f", must be one of {', '.join(list(known)[:shown])}{more}" if shown else ""
 
 
+def first_line(error: Exception) -> str:
+    """Return the first line of what a library says of a fault, or the name of the fault."""
+    return (str(error).splitlines() or [type(error).__name__])[0]
+
+
+def first_few(names: Sequence[str], most: int = 6) -> str:
+    """Return names for a sentence, the first few if there are more.
+
+    Examples:
+        >>> first_few(["run1", "run2", "run3"], 3), first_few(["run1", "run2", "run3"], 1)
+        ('run1, run2, run3', 'run1 and 2 more')
+    """
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
 def printable(text: str) -> str:
     """Return a text with its control characters as escapes, so that a terminal shows it as it is."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

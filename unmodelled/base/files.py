@@ -17,16 +17,8 @@ from typing import Any
 from unmodelled.base.errors import BadInput
 from unmodelled.base.leftovers import locked, remove_leftovers
 from unmodelled.base.limits import OBJECTS, check_file
-from unmodelled.base.ownership import (
-    MARKER,
-    ON_ITS_WAY,
-    RECORD,
-    check_named,
-    check_replaceable,
-    mark,
-    missing_marker,
-    results_in,
-)
+from unmodelled.base.markers import MARKER, ON_ITS_WAY, RECORD, results_in
+from unmodelled.base.ownership import check_named, check_replaceable, mark, missing_marker
 
 #: Bytes of results that are copied, at most: far more than an answer has; a sparse file can have any size.
 LARGEST = 1e9

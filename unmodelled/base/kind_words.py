@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from unmodelled.base.errors import first_few
 from unmodelled.base.wording import effect_name, law_name
 
 Entry = Mapping[str, Any]
@@ -87,10 +88,9 @@ def _listed(members: Sequence[Entry], effect: Entry) -> str:
         f"{_form(each, effect)} {_percent(each['probability'])}"
         if "probability" in each
         else _form(each, effect)
-        for each in members[:MOST_FORMS]
+        for each in members
     ]
-    more = len(members) - MOST_FORMS
-    return ", ".join(named) + (f" and {more} more" if more > 0 else "")
+    return first_few(named, MOST_FORMS)
 
 
 def _form(each: Entry, effect: Entry) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import psutil
 
-from unmodelled.base.ownership import ON_ITS_WAY
+from unmodelled.base.markers import ON_ITS_WAY
 
 
 @contextmanager

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import json
 import os
-import re
-import stat
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,20 +14,11 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.limits import OBJECTS, check_file
-from unmodelled.base.search import Search
+from unmodelled.base.markers import MARKER, RECORD, files_in, is_on_its_way, marker_text, stamp
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-#: The file in a folder that says which verb made it, and which files the verb wrote if it replaces them all.
-MARKER = ".made_by"
-#: What Hydra and a sweep write about a run into the run's folder; it stays when the folder is replaced.
-RECORD = ".hydra"
-#: Name of a result, and of the process that is writing it, in what `files.hidden` calls it until it is whole.
-ON_ITS_WAY = re.compile(r"\.([^/]+)\.(\d+)\.[0-9a-f]{8}\.tmp")
-#: The same of a folder that grows over several runs (`jobs.growing_folder`).
-GROWING = re.compile(r"\.[^/]+\.growing\.tmp")
 #: Arguments of verbs that name what is written; all other paths are inputs.
 OUTPUTS = ("out", "reports")
 
@@ -186,36 +174,36 @@ def check_name(key: str, path: Path) -> None:
 
 def check_replaceable(path: Path, whole: bool = False) -> None:
     """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty."""
-    if _on_its_way(path):
+    if is_on_its_way(path):
         return
     if path.is_symlink():
         raise BadInput(f"{path}: cannot be replaced: is not a folder but a link: give the folder itself")
     if path.exists() and not path.is_dir():
         raise BadInput(f"{path}: is a file, so that the folder {path} cannot be written: give another name")
     _check_apart(path)
-    own, stamp = _RUNNING.get().verb, _stamp(path / MARKER)
+    own, made = _RUNNING.get().verb, stamp(path / MARKER)
     try:
         names = sorted(p.name for p in path.iterdir() if p.name != RECORD) if path.is_dir() else []
     except OSError as error:
         raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
     if not names:
         return
-    if stamp is None:
+    if made is None:
         raise BadInput(
             f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
             "give another folder, or remove this one yourself"
         )
-    maker, files = stamp
+    maker, files = made
     if maker != own:
         raise BadInput(
             f"{path}: was made by {maker}, not by {own}: give another folder, or remove this one yourself"
         )
-    if files is None and whole and any(_files_in(path)):
+    if files is None and whole and any(files_in(path)):
         raise BadInput(
             f"{path}: was made by an older version of {own}, which did not list its files: give another "
             "folder, or remove this one yourself"
         )
-    if foreign := sorted(set(_files_in(path)) - files) if files is not None else []:
+    if foreign := sorted(set(files_in(path)) - files) if files is not None else []:
         raise BadInput(
             f"{path}: would be replaced with {foreign[0]!r}, which {own} did not write: "
             "move that elsewhere, or give another folder"
@@ -243,8 +231,9 @@ def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
 
 def mark(new: Path, path: Path) -> None:
     """Write into a new folder which verb made it and which files it holds."""
-    if not _on_its_way(path):
-        (new / MARKER).write_text(_text({"made_by": _RUNNING.get().verb, "files": sorted(_files_in(new))}))
+    if not is_on_its_way(path):
+        content = {"made_by": _RUNNING.get().verb, "files": sorted(files_in(new))}
+        (new / MARKER).write_text(marker_text(content))
 
 
 def missing_marker(path: Path) -> tuple[Path, str] | None:
@@ -253,58 +242,4 @@ def missing_marker(path: Path) -> tuple[Path, str] | None:
     if running.own is None or running.own not in path.absolute().parents or path.name == MARKER:
         return None
     marker = running.own / MARKER
-    return None if marker.exists() else (marker, _text({"made_by": running.verb}))
-
-
-def _text(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, indent=1, sort_keys=True) + "\n"
-
-
-def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
-    """Return the verb and the listed files (None if none are listed) of a marker; None without a marker."""
-    check_file(marker, OBJECTS)
-    try:
-        content = json.loads(marker.read_text()) if marker.is_file() else None
-    except (OSError, ValueError, RecursionError):
-        return None
-    match content:
-        case {"made_by": str(maker), "files": [*files]}:
-            return maker, frozenset(map(str, files))
-        case {"made_by": str(maker)}:
-            return maker, None
-    return None
-
-
-def _files_in(folder: Path) -> Iterator[str]:
-    """Yield the files and links below a folder as relative paths, without the marker and `.hydra`."""
-    search = Search(lambda why: BadInput(f"{folder}: {why}: give a folder that holds results alone"))
-    for found in search.below(folder):
-        own = found == folder / MARKER or folder / RECORD in found.parents
-        if not own and (found.is_symlink() or not found.is_dir()):
-            yield found.relative_to(folder).as_posix()
-
-
-def links_in(folder: Path) -> list[str]:
-    """Return the links below a folder as relative paths: they are no results; hidden ones are left out."""
-    links = (name for name in _files_in(folder) if (folder / name).is_symlink())
-    return sorted(name for name in links if not any(part.startswith(".") for part in Path(name).parts))
-
-
-def results_in(folder: Path) -> Iterator[str]:
-    """Yield the results below a folder as relative paths: the files that its marker lists, if it lists some.
-
-    Hidden files, links, pipes and devices are no results.
-    """
-    stamp = _stamp(folder / MARKER)
-    listed = None if stamp is None else stamp[1]
-    for name in _files_in(folder):
-        if any(part.startswith(".") for part in Path(name).parts) or not (listed is None or name in listed):
-            continue
-        if stat.S_ISREG((folder / name).lstat().st_mode):
-            yield name
-
-
-def _on_its_way(path: Path) -> bool:
-    """Return whether `path` is, or lies inside, a temporary folder that is checked when it is renamed."""
-    names = (path.name, *(parent.name for parent in path.absolute().parents))
-    return any(ON_ITS_WAY.fullmatch(name) or GROWING.fullmatch(name) for name in names)
+    return None if marker.exists() else (marker, marker_text({"made_by": running.verb}))

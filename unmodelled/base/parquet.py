@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.errors import BadInput, closest, first_line
 from unmodelled.base.limits import check_file, check_memory
 
 #: Bytes of a cell in memory: a number, or the place of a text; and of an element of a list, whose copies are
@@ -57,7 +57,7 @@ def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
             f"{path}: is too large for the memory that is left: give fewer rows or columns"
         ) from None
     except (pa.ArrowException, OSError, ValueError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{path}: not a Parquet file, or damaged ({reason[:100]}): make it again") from None
 
 
@@ -92,5 +92,5 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFra
         # pandas notes in the file which column is an index and which has another name: all are columns here
         return table.to_pandas(ignore_metadata=True)
     except (pa.ArrowException, ValueError, TypeError, KeyError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{path}: not a table of this program ({reason[:100]}): make it again") from None

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_few
 from unmodelled.base.search import Search
 
 #: Arguments that name what a verb writes.
@@ -66,9 +66,7 @@ def _is_new(path: Path, since: float, search: Search) -> bool:
 
 
 def _listed(files: list[Path]) -> str:
-    names = [file.name + ("/" if file.is_dir() else "") for file in files]
-    more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
-    return ", ".join(names[:NAMES]) + more
+    return first_few([file.name + ("/" if file.is_dir() else "") for file in files], NAMES)
 
 
 def _view(files: list[Path]) -> str:

@@ -16,7 +16,8 @@ from unmodelled.design.limits import Limits, Range, units_of
 from unmodelled.design.runs import Simulated
 from unmodelled.logs.assembly import in_si
 from unmodelled.logs.logs import as_logged
-from unmodelled.logs.table import Columns, read_columns, read_header
+from unmodelled.logs.recognition import Source
+from unmodelled.logs.table import Columns, RawTable
 from unmodelled.logs.time_units import CLOCKS, clock_column, in_clock, seconds_of
 from unmodelled.systems.model import Input, System
 
@@ -109,9 +110,9 @@ def _read(path: Path, system: System, limits: Limits, name: str) -> tuple[Column
 def _columns(path: Path, system: System) -> Columns:
     """Columns in the units of the file, but column `t` in s, also where the file names it by its unit."""
     inputs = [item.column for item in system.inputs]
-    header = set(read_header(path))
-    unit = next((unit for unit in CLOCKS if clock_column(unit) in header - {*inputs}), "s")
-    columns = read_columns(path, [name := clock_column(unit), *inputs])
+    table = RawTable(Source.of(path))
+    unit = next((unit for unit in CLOCKS if clock_column(unit) in {*table.header} - {*inputs}), "s")
+    columns = table.columns([name := clock_column(unit), *inputs])
     t = (seconds_of(unit) or 1.0) * columns.values[name]
     return replace(columns, values={**columns.values, "t": t})
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from unmodelled.drafting.chains import chained, geared
+from unmodelled.drafting.chains import geared
 from unmodelled.drafting.channels import (
     Channel,
     correlation,
@@ -21,16 +21,17 @@ from unmodelled.drafting.channels import (
     velocity_channel,
 )
 from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.homes import UNNAMED, Home, distinct, unnamed_pairs
 from unmodelled.drafting.motion import Drive
-from unmodelled.drafting.names import ACTING, FORCES, Role, is_command, is_measured, number_of, words_of
+from unmodelled.drafting.names import ACTING, FORCES, Role, is_command, number_of, words_of
 from unmodelled.drafting.units import dimension_of, is_angle, is_position
 
 #: Joints of a first model.
 MOST = 6
-#: Share of the largest motion below which a position stands still, and sizes of noise that motion is beyond.
-STILL, NOISE = 0.02, 20.0
-#: Correlation with the slope of a position from which on a column is its speed: named so, and without a name.
-NAMED, UNNAMED = 0.7, 0.95
+#: Share of the largest motion below which a position stands still.
+STILL = 0.02
+#: Correlation with the slope of a position from which on a column that is called a speed is its speed.
+NAMED = 0.7
 #: Share of an acceleration that an input must explain: to give its sign and size, and to be found by it.
 EXPLAINED, FOUND = 0.1, 0.3
 #: Ratios of the areas of the two chambers of a cylinder that are tried.
@@ -63,38 +64,20 @@ class Joint:
         return self.fit.share > EXPLAINED and self.fit.gain != 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class _Home:
-    """A position in the experiment in which it moves most, and its speed if only the values tell it."""
-
-    position: Signal
-    signals: Sequence[Signal]
-    velocity: Signal | None
-
-    @property
-    def motion(self) -> float:
-        return float(np.ptp(self.position.values))
-
-    def moves(self, least: float) -> bool:
-        """Whether it moves by more than a least range and by far more than its noise."""
-        noise = float(np.std(np.diff(self.position.values, 2))) / np.sqrt(6.0)
-        return bool(self.motion > max(least, NOISE * noise))
-
-
 def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
     """Find the moving positions with their speeds and drives."""
     named = any(signal.role is Role.POSITION for signals in experiments for signal in signals)
-    homes: dict[str, _Home] = {}
+    homes: dict[str, Home] = {}
     for signals in experiments:
-        pairs = {} if named else _pairs(signals)
+        pairs = {} if named else unnamed_pairs(signals)
         for position in [s for s in signals if s.role is Role.POSITION] if named else pairs:
-            home = _Home(position, signals, pairs.get(position))
+            home = Home(position, signals, pairs.get(position))
             homes[position.address] = max(
                 homes.get(position.address, home), home, key=lambda each: each.motion
             )
     most = max((home.motion for home in homes.values()), default=0.0)
     moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
-    kept = _distinct(moving)[:MOST]
+    kept = distinct(moving)[:MOST]
     found = [_joint(home, kept) for home in kept]
     alike = _of_one_kind(_completed(found, kept))
     return [_fitted(joint, experiments) for joint in alike]
@@ -122,7 +105,7 @@ def _of_one_kind(joints: Sequence[Joint]) -> list[Joint]:
     return [replace(j, drive=kind[best], fit=fit, others=rest) for j, kind, fit, rest in chosen]
 
 
-def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
+def _completed(joints: Sequence[Joint], homes: Sequence[Home]) -> list[Joint]:
     """Joints with a drive where the columns of the others tell which one it is, by its number, and what.
 
     A joint that carries others is accelerated by more than its own drive, which the values then do not show,
@@ -156,19 +139,6 @@ def _shifted(address: str, origin: str, other: str) -> str:
     return f"{address[: mine.start()]}{int(mine[1]) + int(to[1]) - int(from_[1])}{mine[2]}"
 
 
-def _pairs(signals: Sequence[Signal]) -> dict[Signal, Signal]:
-    """Positions without a telling name, by a column that is their slope."""
-    found: dict[Signal, Signal] = {}
-    unnamed = [signal for signal in signals if signal.role is None]
-    for position in (signal for signal in unnamed if _Home(signal, signals, None).moves(0.0)):
-        others = [other for other in unnamed if other is not position]
-        rated = [(abs(slope(position, other).correlation), other) for other in others]
-        best, velocity = max(rated, key=lambda pair: pair[0], default=(0.0, position))
-        if best > UNNAMED and velocity not in found:
-            found[position] = velocity
-    return {position: velocity for position, velocity in found.items() if position not in found.values()}
-
-
 def _fitted(joint: Joint, experiments: Sequence[Sequence[Signal]]) -> Joint:
     """The joint with the fit of the experiment that shows best how its drive accelerates it."""
     fits, drive = [joint.fit], joint.drive
@@ -184,18 +154,7 @@ def _fitted(joint: Joint, experiments: Sequence[Sequence[Signal]]) -> Joint:
     return replace(joint, fit=max(fits, key=lambda fit: fit.share * (fit.gain > 0.0 or not joint.servo)))
 
 
-def _distinct(homes: Sequence[_Home]) -> list[_Home]:
-    """Positions without copies, such as filtered ones; the one that is called measured stays."""
-    kept: list[_Home] = []
-    for home in sorted(homes, key=lambda each: not is_measured(each.position.address)):
-        here = {signal.address: signal for signal in home.signals}
-        others = [here[other.position.address] for other in kept if other.position.address in here]
-        if not any(chained(home.position, other, home.signals) for other in others):
-            kept.append(home)
-    return [home for home in homes if home in kept]
-
-
-def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
+def _velocity(home: Home, free: Sequence[Signal]) -> Signal | None:
     """The speed of a position; None if none agrees with its slope."""
     position, known = home.position, [s for s in free if s.role is Role.VELOCITY]
     if home.velocity is not None:
@@ -225,7 +184,7 @@ def _akin(position: Signal, near: Sequence[Signal], positions: Sequence[Signal])
     return [s for s in near if not other & {*words_of(s.address)}]
 
 
-def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
+def _joint(home: Home, homes: Sequence[Home]) -> Joint:
     position, many, taken = home.position, len(homes) > 1, {each.position.address for each in homes}
     free = [signal for signal in home.signals if signal.address not in taken]
     speed = _velocity(home, free)

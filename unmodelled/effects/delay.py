@@ -1,4 +1,4 @@
-"""Base class of the delays of inputs and outputs."""
+"""Delays of inputs and outputs."""
 
 from collections.abc import Mapping
 
@@ -46,3 +46,21 @@ class Delay(Effect):
             units={name: "s"},
             delays={name: place},
         )
+
+
+class InputDelay(Delay):
+    """Constant delay between the logged input and its action."""
+
+    family = "input_delay"
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        return tuple(Place("actuator", item.name) for item in system.inputs)
+
+
+class SensorDelay(Delay):
+    """Constant delay between a quantity and its log."""
+
+    family = "sensor_delay"
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        return tuple(Place("sensor", item.name) for item in system.outputs)

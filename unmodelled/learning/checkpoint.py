@@ -10,7 +10,7 @@ from typing import Any
 import torch
 from torch import nn
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_line
 from unmodelled.base.files import replacing
 from unmodelled.base.limits import check_file, check_memory
 
@@ -41,7 +41,7 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
     except Exception as error:  # torch has no common base for what a damaged file can raise
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{path}: not a checkpoint ({reason[:80]})") from None
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.ownership import ON_ITS_WAY
+from unmodelled.base.markers import ON_ITS_WAY
 from unmodelled.learning.checkpoint import read_checkpoint, write_checkpoint
 from unmodelled.learning.windows import Problem, Progress, Training
 

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from unmodelled.base.arrays import Array, Indices
-from unmodelled.engine.compiled import loops
+from unmodelled.engine.compiled import rollouts
 from unmodelled.engine.compiled.backend import Generated
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.free_run import Integration, Windows
@@ -107,7 +107,7 @@ class CompiledRollout(torch.autograd.Function):
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
         k = kernel(model.structure)
         inputs = data.u, data.c, data.t, steps
-        gx0, gp, gW = loops.pullback(
+        gx0, gp, gW = rollouts.pullback(
             *(k.evaluate, k.pull, k.layout, first, G, GZ, starts, data.owner),
             *(*inputs, *common),
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -16,12 +15,12 @@ from unmodelled.base.limits import check_file
 from unmodelled.base.shapes import ORIGIN, read_shaped
 from unmodelled.logs.assembly import assembled, checked_in_si, units_of
 from unmodelled.logs.constants import logged
-from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
+from unmodelled.logs.hdf5 import Address, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.mapped import read_mapped
 from unmodelled.logs.preparation import prepare, with_delays
-from unmodelled.logs.recognition import foreign
-from unmodelled.logs.table import Columns, TextTable, read_columns, read_rows
+from unmodelled.logs.recognition import Source
+from unmodelled.logs.table import Columns, RawTable, TextTable, read_rows
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
 
@@ -63,7 +62,8 @@ def read_logs(folder: Path | str, system: SystemGiven) -> Logs:
     if (mapped := read_mapped(folder, system)) is not None:
         return mapped
     faults, provenance = Faults(), dict[str, Any]()
-    if folder.is_file() and is_hdf5(folder):
+    if folder.is_file():
+        _check_campaign(folder)
         table, provenance = read_campaign(folder, logged(system))
     else:
         _check_folder(folder)
@@ -89,12 +89,16 @@ def _stored(folder: Path, system: System) -> Logs:
         raise BadInput(f"{folder}: {error}") from None
 
 
+def _check_campaign(file: Path) -> None:
+    """Refuse a file that cannot hold a campaign."""
+    source, wanted = Source.of(file), "a folder with experiments.csv and the logs"
+    if not source.is_hdf5:
+        raise source.foreign(wanted) or BadInput(f"{file}: is a file, not {wanted}")
+
+
 def _check_folder(folder: Path) -> None:
     """Refuse what is no folder, and a folder without a table of its logs."""
     try:
-        if folder.is_file():
-            wanted = "a folder with experiments.csv and the logs"
-            raise foreign(folder, wanted) or BadInput(f"{folder}: is a file, not {wanted}")
         if not folder.is_dir():
             raise BadInput(f"{folder}: no such folder")
         files = [path.name for path in folder.iterdir()]
@@ -136,18 +140,23 @@ def _logs(
     named = list(zip((row for row, _ in table.rows), table.column("file"), strict=True))
     files = {file.partition(":/")[0] for _, file in named}
     spare = sorted({each.name for each in path.parent.iterdir()} - {path.name, *files})
-    packed: dict[Address, None] = {}
+    sources: dict[Path, Source] = {}
+    places = list[Address | BadInput]()
     for row, file in named:
-        with suppress(BadInput):  # is told below, in the order of the rows
-            place = _place(path, row, file, spare)
-            packed |= {place: None} if is_hdf5(place.file) else {}
+        try:
+            places.append(_place(path, row, file, spare, sources))
+        except BadInput as error:  # is told below, in the order of the rows
+            places.append(error)
+    found = (place for place in places if isinstance(place, Address))
+    packed = dict.fromkeys(place for place in found if sources[place.file].is_hdf5)
     read, logs = read_hdf5(list(packed), units, faults), []
     ended: dict[Address, float] = {}  # of the row before, if it names a part of the same log
-    for (row, file), (start, end) in zip(named, spans, strict=True):
+    for (row, file), place, (start, end) in zip(named, places, spans, strict=True):
         with faults.collected():
-            place = _place(path, row, file, spare)
+            if isinstance(place, BadInput):
+                raise place
             if place not in packed and place not in read:
-                read[place] = read_columns(place.file, list(units))
+                read[place] = RawTable(sources[place.file]).columns(list(units))
             if place in read:
                 log = read[place] if (start, end) == EVERYTHING else read[place].between(start, end)
                 if not len(log) and len(read[place]):
@@ -160,8 +169,11 @@ def _logs(
     return logs
 
 
-def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
-    """The log that a row names, inside the folder; files that no row names are `spare`."""
+def _place(path: Path, row: int, file: str, spare: Sequence[str], sources: dict[Path, Source]) -> Address:
+    """The log that a row names, inside the folder; its file is added to `sources`, those that were looked at.
+
+    Files that no row names are `spare`.
+    """
     posix, windows = PurePosixPath(file), PureWindowsPath(file)
     where = f"{path}: row {row}: column file"
     if not file:
@@ -176,9 +188,12 @@ def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
     if not found:
         near = nearest(name, spare)
         raise BadInput(f"{where}: {name!r}: no such file" + (f"; there is {near!r}" if near else ""))
-    if group and not is_hdf5(path.parent / name):
+    place = Address(path.parent / name, group)
+    source = sources.get(place.file) or Source.of(place.file)
+    sources[place.file] = source
+    if group and not source.is_hdf5:
         raise BadInput(f"{where}: {name!r} has no group {group!r}: it is not an HDF5 file")
-    return Address(path.parent / name, group)
+    return place
 
 
 def _provenance(folder: Path) -> dict[str, Any]:

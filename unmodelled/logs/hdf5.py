@@ -19,9 +19,9 @@ import numpy as np
 import pandas as pd
 
 from unmodelled.base.arrays import Array
-from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.errors import BadInput, Faults, first_line
 from unmodelled.base.files import replacing
-from unmodelled.base.limits import check_file, check_memory, limit_time, limited_process
+from unmodelled.base.limits import check_memory, limit_time, limited_process
 from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.cells import check_finite
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     import h5py  # loaded by those who read or write such a file alone
 
 
-#: How an HDF5 file begins, and where: MATLAB writes 512 bytes of its own first.
-SIGNATURE, STARTS = b"\x89HDF\r\n\x1a\n", (0, 512)
 #: Processor time that reading a log may take: seconds for any of them, bytes of numbers per further second.
 SECONDS, RATE = 5.0, 1e7
 #: Filters that need no plug-in: gzip, shuffle, Fletcher32, szip and n-bit of the HDF5 library, lzf of h5py.
@@ -54,17 +52,6 @@ class Address:
     def path(self) -> Path:
         """The place as error messages show it: `campaign.h5:/run1`."""
         return Path(f"{self.file}:/{self.group}") if self.group else self.file
-
-
-def is_hdf5(path: Path) -> bool:
-    """Return whether a file begins as an HDF5 file does."""
-    check_file(path)
-    try:
-        with path.open("rb") as file:
-            start = file.read(STARTS[-1] + len(SIGNATURE))
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be read ({error.strerror})") from None
-    return any(start.startswith(SIGNATURE, at) for at in STARTS)
 
 
 def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Faults) -> dict[Address, Columns]:
@@ -158,7 +145,7 @@ def _limited(function: Callable[..., Any], place: Address, *args: Any) -> Any:
     except BadInput:
         raise
     except Exception as error:  # there is no common base of what a damaged file can raise
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{place.path}: not an HDF5 file, or damaged ({reason[:100]})") from None
 
 

@@ -13,7 +13,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.search import Search
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.time_units import seconds_of
-from unmodelled.systems.document import Node, load_yaml
+from unmodelled.systems.document import Node, flag, load_yaml
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.scope import Scope
 from unmodelled.systems.syntax import shown
@@ -150,7 +150,7 @@ def read_mapping(path: Path) -> LogMapping:
             name: _constant(node)
             for name, node in (keys["constants"].entries() if "constants" in keys else {}).items()
         },
-        cure=keys["cure"].boolean() if "cure" in keys else True,
+        cure=flag(keys, "cure", True),
         node=root,
     )
 
@@ -185,8 +185,7 @@ def _signal(node: Node) -> Signal:
 
 def _column(keys: Mapping[str, Node]) -> Column:
     """A column by its entries `column` and `hold`."""
-    hold = "hold" in keys and keys["hold"].boolean()
-    return Column(keys["column"].text(), keys["column"], hold, "hold" in keys)
+    return Column(keys["column"].text(), keys["column"], flag(keys, "hold"), "hold" in keys)
 
 
 def _number(node: Node) -> float:

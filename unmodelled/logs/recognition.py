@@ -1,14 +1,20 @@
-"""Name the format of a file that should be a table, and the way to convert it."""
+"""The format of a file by its first bytes, and of a file that should be a table the way to convert it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput, Faults, nearest
+from unmodelled.base.errors import BadInput, Faults, first_few, nearest
+from unmodelled.base.limits import check_file
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+#: How an HDF5 file begins, and where: MATLAB writes 512 bytes of its own first.
+HDF5, HDF5_STARTS = b"\x89HDF\r\n\x1a\n", (0, 512)
+#: How a Parquet file begins.
+PARQUET = b"PAR1"
 #: A binary log that begins with lines of text.
 BLACKBOX = b"H Product:Blackbox"
 #: First bytes of files that loggers and offices write, what they are, and what to do with them.
@@ -27,7 +33,7 @@ FORMATS = (
     (b"\xd0\xcf\x11\xe0", "an Excel file", "save it as CSV"),
     (b"\xff\xfe", "UTF-16 text", "save it as UTF-8"),
     (b"\xfe\xff", "UTF-16 text", "save it as UTF-8"),
-    (b"PAR1", "a Parquet file", "save it as CSV"),
+    (PARQUET, "a Parquet file", "save it as CSV"),
     (b"\xa3\x95\x80\x80", "a binary log of ArduPilot", "convert it to a text log (.log)"),
     (BLACKBOX, "a binary log of Blackbox", "export it as CSV, with blackbox_decode or the viewer"),
 )
@@ -37,6 +43,8 @@ ZIPS = (
     (b"opendocument.spreadsheet", "an OpenDocument spreadsheet", "save it as CSV"),
     (b"", "a zip archive", "unpack it"),
 )
+#: Bytes by which a format is known.
+FIRST = 4096
 #: Bytes and rows in which a header is looked for, and names of it that a message shows.
 START, ROWS, NAMES = 2**16, 30, 12
 SEPARATORS = {";": "';'", "\t": "tabs", "|": "'|'", " ": "spaces"}
@@ -44,17 +52,51 @@ SEPARATORS = {";": "';'", "\t": "tabs", "|": "'|'", " ": "spaces"}
 COMMENT = ("#", "%", "//")
 
 
-def foreign(path: Path, wanted: str) -> BadInput | None:
-    """Return the error that a file is by its first bytes, and what to do; None for what may be a CSV file."""
-    with path.open("rb") as file:
-        start = file.read(4096)
-    kinds: Sequence[tuple[bytes, str, str]] = FORMATS
-    if start.startswith(b"PK\x03\x04"):
-        kinds = tuple((b"", name, advice) for inside, name, advice in ZIPS if inside in start)
-    for first, name, advice in kinds:
-        if start.startswith(first):
-            return BadInput(f"{path}: is {name}, not {wanted}: {advice}")
-    return None
+@dataclass(frozen=True)
+class Source:
+    """A file that may be read, with its first bytes."""
+
+    path: Path
+    start: bytes
+
+    @classmethod
+    def of(cls, path: Path, factor: float = 1.0) -> Source:
+        """Look at a file; refuse one that cannot be read, or whose size times a factor exceeds the memory."""
+        check_file(path, factor)
+        try:
+            with path.open("rb") as file:
+                return cls(path, file.read(FIRST))
+        except (OSError, ValueError) as error:
+            raise BadInput(f"{path}: {reason(error)}") from None
+
+    @property
+    def is_hdf5(self) -> bool:
+        """Return whether it begins as an HDF5 file does."""
+        return any(self.start.startswith(HDF5, at) for at in HDF5_STARTS)
+
+    @property
+    def is_parquet(self) -> bool:
+        """Return whether it begins as a Parquet file does."""
+        return self.start.startswith(PARQUET)
+
+    def foreign(self, wanted: str) -> BadInput | None:
+        """Return the error that it is another file, and what to do; None for what may be a CSV file."""
+        kinds: Sequence[tuple[bytes, str, str]] = FORMATS
+        if self.start.startswith(b"PK\x03\x04"):
+            kinds = tuple((b"", name, advice) for inside, name, advice in ZIPS if inside in self.start)
+        for first, name, advice in kinds:
+            if self.start.startswith(first):
+                return BadInput(f"{self.path}: is {name}, not {wanted}: {advice}")
+        return None
+
+
+def reason(error: Exception) -> str:
+    """Return why a file cannot be read as a table."""
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    if isinstance(error, OSError):
+        return f"cannot be read ({error.strerror})"
+    return f"not a table ({' '.join(str(error).split())})"
 
 
 def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
@@ -151,5 +193,4 @@ def _plain(cell: str) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
-    return ", ".join(repr(name[:30]) for name in names[:NAMES]) + more
+    return first_few([repr(name[:30]) for name in names], NAMES)

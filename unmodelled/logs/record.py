@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.base.errors import BadInput, nearest
+from unmodelled.base.errors import BadInput, first_few, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.mapping import Column, LogMapping
@@ -80,8 +80,7 @@ class Record:
         every = ((table, name) for table in self.tables for name in (*table.columns, *table.texts))
         names = [table.address(name) for table, name in every]
         near = nearest(column.name, names)
-        more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
-        told = f"did you mean {near!r}?" if near else f"it has {', '.join(map(repr, names[:NAMES]))}{more}"
+        told = f"did you mean {near!r}?" if near else f"it has {first_few([*map(repr, names)], NAMES)}"
         raise column.node.wrong(f"{self.path} has no column {column.name!r}; {told}")
 
     def numbers(self, column: Column) -> tuple[Found, Array]:

@@ -8,6 +8,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain, islice
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
 from unmodelled.logs.cells import LARGEST, frame_columns, no_number, shown
-from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
+from unmodelled.logs.recognition import NUMBER, Source, not_utf8, odd_row, reason, refuse_header
 
 Records = Iterator[tuple[int, list[str]]]  # number of a row in the file, and its cells
 
@@ -86,33 +87,43 @@ class TextTable:
         return found.values.tolist()
 
 
+@dataclass(frozen=True)
+class RawTable:
+    """A CSV or Parquet file: its format and its header are read once, its cells when they are asked for."""
+
+    source: Source
+
+    @cached_property
+    def _first(self) -> tuple[int, list[str]]:
+        """The header, and the row in which it stands; none of an empty file."""
+        if self.source.is_parquet:
+            return 1, _parquet_names(self.source.path)
+        return next(_records(self.source), (1, []))
+
+    @property
+    def header(self) -> list[str]:
+        """Return the names of the columns; none of an empty file."""
+        return self._first[1]
+
+    def columns(self, names: Sequence[str]) -> Columns:
+        """Read some columns."""
+        path, wanted = self.source.path, list(dict.fromkeys(names))
+        if self.source.is_parquet:
+            check_header(path, self.header, wanted)
+            return Columns(path, _parquet(path, wanted), header=False)
+        check_file(path, NUMBERS)
+        return Columns(path, _csv(self.source, _checked(path, self._first, wanted), wanted), header=True)
+
+
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
     """Read some columns of a CSV or Parquet file."""
-    wanted = list(dict.fromkeys(names))
-    if not (parquet := _is_parquet(path)):
-        check_file(path, NUMBERS)
-    return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), not parquet)
-
-
-def read_header(path: Path) -> list[str]:
-    """Read the names of the columns of a CSV or Parquet file; none of an empty one."""
-    return _parquet_names(path) if _is_parquet(path) else next(_records(path), (1, []))[1]
-
-
-def _is_parquet(path: Path) -> bool:
-    check_file(path)
-    try:
-        with path.open("rb") as file:
-            return file.read(4) == b"PAR1"
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: {_reason(error)}") from None
+    return RawTable(Source.of(path)).columns(names)
 
 
 def read_rows(path: Path, wanted: Sequence[str]) -> TextTable:
     """Read header and rows of a CSV file as text, stripped; blank lines are skipped."""
-    check_file(path, OBJECTS)
-    records = _records(path)
-    return TextTable(path, _header(path, records, wanted), list(records))
+    records = _records(Source.of(path, OBJECTS))
+    return TextTable(path, _checked(path, next(records, (1, [])), wanted), list(records))
 
 
 def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
@@ -167,9 +178,10 @@ def _pointed(cell: str) -> str:
     return f": write {pointed[:30]}" if "," in cell and _is_number(pointed) else ""
 
 
-def _records(path: Path) -> Records:
+def _records(source: Source) -> Records:
+    path = source.path
     try:
-        if other := foreign(path, "a CSV table"):
+        if other := source.foreign("a CSV table"):
             raise other
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
@@ -186,7 +198,7 @@ def _records(path: Path) -> Records:
     except UnicodeDecodeError:
         raise BadInput(f"{path}: not a table: {not_utf8(path)}") from None
     except (OSError, ValueError, csv.Error) as error:
-        raise BadInput(f"{path}: {_reason(error)}") from None
+        raise BadInput(f"{path}: {reason(error)}") from None
 
 
 def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> None:
@@ -206,8 +218,9 @@ def is_text(text: str) -> bool:
     return all(c.isprintable() or unicodedata.category(c) == "Zs" for c in text)
 
 
-def _header(path: Path, records: Records, wanted: Sequence[str]) -> list[str]:
-    row, header = next(records, (1, []))
+def _checked(path: Path, first: tuple[int, list[str]], wanted: Sequence[str]) -> list[str]:
+    """The header by its row and its names, if it has the wanted columns."""
+    row, header = first
     if row != 1:  # blank rows come first
         header = [""]
     if not any(header):
@@ -216,24 +229,14 @@ def _header(path: Path, records: Records, wanted: Sequence[str]) -> list[str]:
     return header
 
 
-def _reason(error: Exception) -> str:
-    if isinstance(error, FileNotFoundError):
-        return "no such file"
-    if isinstance(error, OSError):
-        return f"cannot be read ({error.strerror})"
-    return f"not a table ({' '.join(str(error).split())})"
-
-
-def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
+def _csv(source: Source, header: Sequence[str], wanted: list[str]) -> dict[str, Array]:
     """Read with pandas; a file that pandas refuses is read cell by cell, which names the bad cells."""
-    records = _records(path)
-    header = _header(path, records, wanted)
     at = {name: header.index(name) for name in wanted}
     # other columns are read too, a byte of every cell, or rows of another length would not be noticed
     kinds = {k: np.float64 if name in wanted else "S1" for k, name in enumerate(header)}
     try:
         table = pd.read_csv(
-            path,
+            source.path,
             header=None,
             skiprows=1,
             dtype=kinds,
@@ -242,18 +245,19 @@ def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
             compression=None,  # a text is one, whatever its ending says
         )
     except (ValueError, OSError):
-        return _cell_by_cell(path, records, at)
+        return _cell_by_cell(source, at)
     last = table.shape[1] - 1
     short = kinds.get(last) == "S1" and (table[last] == b"").any()
     if table.shape[1] == len(header) and not short:
         values = {name: table[k].to_numpy() for name, k in at.items()}
         if all((np.abs(v) < LARGEST).all() for v in values.values()):
             return values
-    return _cell_by_cell(path, records, at)
+    return _cell_by_cell(source, at)
 
 
-def _cell_by_cell(path: Path, records: Records, at: Mapping[str, int]) -> dict[str, Array]:
-    """Columns of records below a header, by their places in it."""
+def _cell_by_cell(source: Source, at: Mapping[str, int]) -> dict[str, Array]:
+    """Columns of the records below the header, by their places in it."""
+    path, records = source.path, islice(_records(source), 1, None)
     faults, found = Faults(), [_Column(path, name) for name in at]
     start = list(islice(records, 2))
     first = [start[0][1][k] for k in at.values()] if len(start) > 1 else []
@@ -280,7 +284,6 @@ def _parquet_names(path: Path) -> list[str]:
 
 
 def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
-    check_header(path, _parquet_names(path), wanted)
     from unmodelled.base.parquet import read_parquet
 
     table = read_parquet(path, wanted)

@@ -68,6 +68,14 @@ def write_page(folder: Path, command: str) -> None:
         temporary.write_text(text)
 
 
+def command_of(content: Mapping[str, Any]) -> str:
+    """Return the command line that gives an answer; none where system or logs are no files."""
+    kept = content.get("sources")
+    system, logs = (kept.get(name) if isinstance(kept, dict) else None for name in ("system", "logs"))
+    horizon, seed = content["gap"]["horizon"], content["seed"]
+    return f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}" if system and logs else ""
+
+
 def _live(folder: Path, shown: Mapping[str, Any]) -> str:
     """Content of tables/live.json as a data block, with the names of the page; empty where there is none."""
     path = folder / "tables" / "live.json"

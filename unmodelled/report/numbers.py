@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from typing import Any
 
 from unmodelled.base.wording import amounts, number, unit_text
 
-__all__ = ["amounts", "duration", "number", "percentage", "quantity", "short", "unit_text"]
+__all__ = ["amounts", "number", "quantity", "short", "unit_text"]
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
@@ -38,19 +37,3 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
 def short(value: float | None) -> str:
     """Return a number with three significant digits."""
     return number(value if value is None else float(f"{value:.3g}"))
-
-
-def percentage(unit: str) -> tuple[bool, str]:
-    """Tell whether a number is shown in percent, by its unit."""
-    found = re.fullmatch(r"(?:(?P<before>[^,]+), )?share(?P<after> \(.*\))?", unit)
-    return bool(found), f"{found['before'] or ''}{found['after'] or ''}".strip() if found else unit
-
-
-def duration(seconds: float) -> str:
-    """Format a duration (s) in seconds, in minutes and seconds, or in hours and minutes."""
-    if round(seconds, 1) < 60:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes < 60:
-        return f"{minutes} min {rest} s"
-    return f"{minutes // 60} h {minutes % 60} min"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from unmodelled.report.drawn import Figure
@@ -20,11 +20,6 @@ def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
 def table_entries(tables: Iterable[Table], file: str) -> list[Entry]:
     """Return one entry per table of a page that has rows."""
     return [entry("table", t.title, t.caption, f"{file}#{t.id}") for t in tables if t.rows]
-
-
-def script(entries: Sequence[Entry]) -> str:
-    """Return entries as JavaScript that cannot end its own script element."""
-    return f"window.SEARCH = {as_block(entries)};\n"
 
 
 def as_block(content: Any) -> str:

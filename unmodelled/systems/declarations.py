@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import keyword
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
@@ -12,50 +10,18 @@ import numpy as np
 from unmodelled.base.errors import Faults
 from unmodelled.systems import units
 from unmodelled.systems.characteristics import read_table
-from unmodelled.systems.document import Node
+from unmodelled.systems.document import Node, flag
 from unmodelled.systems.model import Constant, Domain, Input, Output, Parameter, Port, State, symbol
-from unmodelled.systems.operations import RESERVED
+from unmodelled.systems.names import Names, checked_name
 from unmodelled.systems.syntax import shown
 from unmodelled.systems.tables import Table
 from unmodelled.systems.units import Unit
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
 _LOG_COLUMNS = ("id", "file", "group")
 #: Sections that declare no name of an expression.
 _OTHER = ("schema", "name", "outputs", "dynamics")
 #: Optional keys of a number that can be fitted.
 _FITTED = ("identify", "bounds", "per_experiment")
-
-
-@dataclass
-class Names:
-    """Names of a system file that expressions can use."""
-
-    #: kind ("state", "input", ...) and line number of each name
-    kinds: dict[str, tuple[str, int]] = field(default_factory=dict)
-    refused: bool = False  # whether a name was refused, so that expressions may use names that do not exist
-
-    def add(self, name: str, kind: str, node: Node) -> str:
-        """Register a new name."""
-        before, self.refused = self.refused, True  # unless it passes
-        checked_name(name, node)
-        if name in RESERVED or keyword.iskeyword(name):
-            raise node.wrong(f"the name {shown(name)} is reserved: choose another name")
-        if name in self.kinds:
-            other, line = self.kinds[name]
-            raise node.wrong(
-                f"the name {shown(name)} is taken by the {other} of line {line}: choose another name"
-            )
-        self.kinds[name] = (kind, node.line)
-        self.refused = before
-        return name
-
-
-def checked_name(name: str, node: Node) -> str:
-    """Return a name after a check of its characters."""
-    if not _NAME.fullmatch(name):
-        raise node.wrong(f"a name is a letter and up to 63 letters, digits or _, got {shown(name)}")
-    return name
 
 
 @dataclass
@@ -189,8 +155,8 @@ def _input(found: Declarations, name: str, node: Node) -> None:
     found.names.add(name, "input", node)
     unit, logged = _logged_unit(entries["unit"])
     found.units[name] = unit
-    commanded = entries["commanded"].boolean() if "commanded" in entries else True
-    hold = entries["hold"].boolean() if "hold" in entries else False
+    commanded = flag(entries, "commanded", True)
+    hold = flag(entries, "hold")
     column, delay = _column(name, entries), _delay(entries)
     found.inputs.append(Input(name, unit.text, column, delay, commanded, logged, hold))
 
@@ -244,7 +210,7 @@ def _own_number(
     entries: dict[str, Node], other: float | None, logged: units.LoggedUnit | None
 ) -> tuple[bool, tuple[float, float] | None]:
     """Whether an experiment that is not listed has a number of its own, and its bounds."""
-    identify = entries["identify"].boolean() if "identify" in entries else False
+    identify = flag(entries, "identify")
     if identify and other is None:
         raise entries["identify"].wrong("must have other beside it, the value that a fit starts from")
     if "bounds" not in entries:
@@ -261,18 +227,18 @@ def _parameter(found: Declarations, name: str, node: Node) -> None:
     entries = node.fields(("value", "unit"), (*_FITTED, "guess"))
     found.names.add(name, "parameter", node)
     unit = found.units[name] = _unit(entries["unit"])
-    guess = entries["guess"].boolean() if "guess" in entries else False
+    guess = flag(entries, "guess")
     found.parameters.append(replace(_number(name, unit, entries), guess=guess))
 
 
 def _number(name: str, unit: Unit, entries: dict[str, Node]) -> Parameter:
     value = entries["value"].number()
-    identify = entries["identify"].boolean() if "identify" in entries else False
+    identify = flag(entries, "identify")
     bounds = entries["bounds"].pair() if "bounds" in entries else None
     if bounds is not None and not bounds[0] <= value <= bounds[1]:
         low, high = bounds
         raise entries["bounds"].wrong(f"must contain the value {value:g}, got [{low:g}, {high:g}]")
-    per_experiment = entries["per_experiment"].boolean() if "per_experiment" in entries else False
+    per_experiment = flag(entries, "per_experiment")
     if per_experiment and not identify:
         raise entries["per_experiment"].wrong("such a number is fitted: add identify: true")
     return Parameter(name, unit.text, value, identify, bounds, per_experiment)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,6 +122,11 @@ class Node:
             case list():
                 return f"a list of {len(self.content)}"
         return shown(self.content)
+
+
+def flag(entries: Mapping[str, Node], key: str, default: bool = False) -> bool:
+    """Return an entry as true or false, or the default without one."""
+    return entries[key].boolean() if key in entries else default
 
 
 def as_node(content: Any, file: Path, place: str, depth: int = 0) -> Node:

@@ -67,18 +67,6 @@ def event_named(system: System, name: str) -> Event:
     return events[name]
 
 
-def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
-    """Return parameters (S, k) of which some are multiples theta (S, n) of their nominal values."""
-    values = np.array(system.values)
-    index = uncertain_indices(system, uncertain)
-    theta = np.asarray(theta, np.float64)
-    if theta.ndim != 2 or theta.shape[1] != len(index):
-        raise ValueError(f"theta must be (samples, {len(index)}), got {theta.shape}")
-    p = np.tile(values, (len(theta), 1))
-    p[:, index] = theta * values[index]
-    return p
-
-
 def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
     """Return the indices of parameters by their names."""
     names = [p.name for p in system.parameters]

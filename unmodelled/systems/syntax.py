@@ -85,3 +85,17 @@ def _check_tokens(line: str, where: str) -> None:
             hint = _HINTS.get(token) or _HINTS.get(token[0])
             raise BadInput(f"{where}: {shown(token)} is not allowed" + (f"; {hint}" if hint else ""))
         position = found.end()
+
+
+def out_of_order(name: str, used: str, uses: dict[str, list[str]]) -> str:
+    """Return the reason why a signal cannot use another one: a cycle, or a later definition."""
+    paths, seen = [[name, used]], {used}
+    while paths:
+        path = paths.pop()
+        if path[-1] == name:
+            return f"cycle in signals: {' -> '.join(path)}: remove one of these references"
+        for following in uses[path[-1]]:
+            if following not in seen:
+                seen.add(following)
+                paths.append([*path, following])
+    return f"signals must be in order: {name!r} uses {used!r}, which is defined later: move {used!r} up"

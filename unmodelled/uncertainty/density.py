@@ -1,4 +1,4 @@
-"""Densities of L outputs (last axis), Gaussian densities, and the earth mover's distance."""
+"""Densities of L outputs (last axis), and Gaussian densities."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from unmodelled.base.errors import BadInput
 #: Standard deviations on either side of the mean that stand for the whole line: 1e-15 of a Gaussian's mass
 #: lies beyond, and no density that has a Gaussian's tails feels the cut.
 REACH = 8.0
-#: Points in the window of each of the two densities.
-POINTS = 1000
 
 
 class Density(ABC):
@@ -95,15 +93,3 @@ class GaussianDensity(Density):
 
     def window(self) -> Array:
         return np.stack([self.mean - REACH * self.std, self.mean + REACH * self.std], -1)
-
-
-def earth_mover_distance(p: Density, q: Density) -> Array:
-    """Compute the earth mover's distances (L,) between two densities (appendix 3.7).
-
-    It is the smallest mean distance by which the mass of one density must move to become the other one. For a
-    single variable this is the area between the cumulative probabilities (Wasserstein distance of order 1),
-    computed by the trapezoidal rule to about 1e-5 of the wider window.
-    """
-    ends = (p.window(), q.window())
-    y = np.sort(np.concatenate([np.linspace(low, high, POINTS) for low, high in (e.T for e in ends)]), axis=0)
-    return np.asarray(np.trapezoid(np.abs(p.cumulative(y) - q.cumulative(y)), y, axis=0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import final
@@ -14,7 +14,6 @@ from unmodelled.uncertainty.density import Density
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.level_curves import LevelCurves
 from unmodelled.uncertainty.observed import check_confined
-from unmodelled.uncertainty.response import Formula
 from unmodelled.uncertainty.surface import ResponseSurface
 
 #: Nodes along the part of a level curve that has probability.
@@ -23,8 +22,6 @@ NODES = 64
 TAIL, WINDOW_TAIL = 1e-14, 1e-9
 #: Grid over the parameters for the ends of the window; a monotone response takes them at its corners.
 CORNERS = 5
-#: Nodes of a function of one parameter.
-FINE = 1001
 #: Values of every output between which cumulative probabilities are interpolated.
 KNOTS = 257
 #: Values whose level curves are followed at a time.
@@ -105,10 +102,3 @@ class PushForward(Density):
         levels = np.array([tail, 1.0 - tail])
         ends = [family.quantile(levels, two) for family, two in zip(self.families, self.alpha, strict=True)]
         return np.clip(ends, *self.surface.bounds.T[:, :, None])
-
-
-def monotone_density(function: Callable[[Array], Array], family: Family, alpha: Array) -> PushForward:
-    """Compute the exact densities of monotone functions (S, L) of one parameter (footnote 4)."""
-    ends = np.clip(family.quantile(np.array([TAIL, 1.0 - TAIL]), alpha[0]), *family.support(alpha[0]))
-    formula = Formula(("theta",), ends[None], function)
-    return PushForward(ResponseSurface.of(formula, (FINE,)), (family,), alpha)

@@ -1,4 +1,4 @@
-"""Repeated identification on many data sets: scatter of the estimates and coverage of the intervals."""
+"""Repeated identification on many data sets, and the scatter of the estimates."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
@@ -79,9 +78,3 @@ def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
     return EstimateScatter(
         alphas, mean, std, correlation, at_bound, float(np.mean([f.converged for f in found]))
     )
-
-
-def coverage(intervals: ArrayLike, truth: ArrayLike) -> Array:
-    """Return the share (k,) of intervals (R, k, 2) that contain the true parameters (k,)."""
-    low, high = np.moveaxis(np.asarray(intervals, float), -1, 0)
-    return np.asarray(np.mean((low <= truth) & (truth <= high), axis=0))

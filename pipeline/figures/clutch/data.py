@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from pipeline.figures.clutch.points import PANEL, measured, measured_handles, places
 from pipeline.figures.clutch.tables import MS, about, table
 from pipeline.figures.palette import INDIGO, WINE, nothing
+from pipeline.figures.settings import MM
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
     GREY,
-    MM,
     ORANGE,
     PURPLE,
     new_figure,

@@ -19,7 +19,8 @@ from matplotlib.patches import Patch
 
 from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, table
 from pipeline.figures.palette import nothing
-from unmodelled.report.figures.style import BLACK, GREY, MM, halo, new_figure, styled
+from pipeline.figures.settings import MM
+from unmodelled.report.figures.style import BLACK, GREY, halo, new_figure, styled
 
 #: Methods on the same few runs.
 METHODS: dict[str, dict[str, Any]] = {

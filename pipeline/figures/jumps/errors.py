@@ -29,8 +29,9 @@ from pipeline.figures.jumps.tables import (
     table,
 )
 from pipeline.figures.palette import nothing, plain_log
+from pipeline.figures.settings import LABELS, MM
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, LABELS, MM, Look, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, Look, new_figure, styled
 
 #: A negative F-dagger of the measured run says jump; it stands beside the models.
 FORCE = "f_dagger"

@@ -28,8 +28,9 @@ from pipeline.figures.jumps.tables import (
     with_angle,
 )
 from pipeline.figures.palette import nothing
+from pipeline.figures.settings import MM
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, MM, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, new_figure, styled
 
 PERIOD = 0.01  # s, of the steps that are explained
 ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal

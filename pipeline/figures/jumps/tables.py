@@ -8,7 +8,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pipeline.figures.palette import INDIGO, WINE, tables_of
-from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, setting
+from pipeline.figures.settings import setting
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look
 
 #: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.
 UNIFORM, FACTORS, WITHOUT = "uniform", "factors", "scarce"

@@ -11,8 +11,9 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from pipeline.figures.palette import INDIGO
+from pipeline.figures.settings import MM
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, natural, table
-from unmodelled.report.figures.style import GREY, MM, new_figure, styled, thin
+from unmodelled.report.figures.style import GREY, new_figure, styled, thin
 
 TURN = 2.0 * np.pi
 #: Viridis without its lightest end, which is lost on white.

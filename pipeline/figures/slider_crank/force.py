@@ -12,20 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pipeline.figures.palette import INDIGO
+from pipeline.figures.settings import MM
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import (
-    BLACK,
-    GREEN,
-    GREY,
-    MM,
-    ORANGE,
-    absent,
-    halo,
-    new_figure,
-    styled,
-    thin,
-)
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, halo, new_figure, styled, thin
 
 POSITION, SPEED = "slider's position d (mm)", "slider's speed v (m/s)"
 STAGES = {"initial": "a) before training", "converged": "b) after training"}

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pipeline.figures.palette import INDIGO, WINE, nothing
+from pipeline.figures.settings import MM
 from pipeline.figures.slider_crank.tables import (
     BASELINES,
     INPUTS,
@@ -24,7 +25,7 @@ from pipeline.figures.slider_crank.tables import (
     signal_name,
     table,
 )
-from unmodelled.report.figures.style import BLACK, GREEN, GREY, MM, ORANGE, absent, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, new_figure, styled, thin
 
 #: Trajectories in the figure on the region of operations.
 FASTEST = 3

@@ -11,13 +11,13 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from pipeline.chapters import phases
 from tests.machines.known import EMPTY, Array, built_in
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.cascade import SHARED, Cascade
 from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.systems import experiments, phases
 from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import TIME, Constant, Event, Input, Parameter, Port, State, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -143,7 +143,7 @@ def test_clutch_equals_adaptive_integration() -> None:
     rates = numpy_system_function(system, system.closed, efforts_zero=True)
     theta = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.95]])
     found = of(*SHIFT, runs, 0.004)(theta)
-    p = experiments.scaled_parameters(system, UNCERTAIN, theta)
+    p = phases.scaled_parameters(system, UNCERTAIN, theta)
     for sample, run in ((0, 0), (1, 4), (2, 11)):
         one = runs.only([run])
 

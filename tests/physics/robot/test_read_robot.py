@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from pipeline.chapters.equations import equations
 from tests.machines.folders import changed
 from tests.machines.known import refusals, written_again
 from tests.physics.robot.mechanisms import random_tree, system_of
 from unmodelled import BadInput, read_system, write_system
-from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.procedure import expanded
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from pipeline.chapters.equations import equations
 from tests.machines.folders import system_of
 from tests.machines.known import built_in, refusals, values_of, written_again
-from unmodelled.systems.equations import equations
 from unmodelled.systems.model import Event, System, symbol
 
 COUPLING = """\

@@ -10,10 +10,10 @@ import sympy as sp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from pipeline.chapters.equations import equations
 from tests.machines.folders import system_of
 from tests.machines.known import NAMES, built_in, written_again
 from unmodelled.systems import functions as f
-from unmodelled.systems.equations import equations
 from unmodelled.systems.model import Constant, Output, State, System, symbol
 from unmodelled.systems.operations import FUNCTIONS
 from unmodelled.systems.printing import printed

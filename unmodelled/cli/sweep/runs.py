@@ -14,7 +14,7 @@ from hydra.errors import HydraException
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
-from unmodelled.base.ownership import RECORD
+from unmodelled.base.markers import RECORD
 from unmodelled.base.search import Search
 from unmodelled.cli.sweep.metrics import metrics_of
 

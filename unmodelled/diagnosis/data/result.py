@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+import sympy as sp
+
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.remark import Kind
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
+from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -26,6 +31,16 @@ class JudgedModel:
     system: System  # with the model's numbers, ready to be written as a file
     logs: Logs  # all experiments, with the states and constants of `system`
     gap: Gap  # of experiments left out
+
+    def along(self, expressions: Sequence[sp.Expr], most: int, values: Mapping[str, float]) -> Array:
+        """Return expressions (samples, expressions) at `most` samples, evenly from all experiments.
+
+        Some parameters have other values; efforts are zero.
+        """
+        logs, p = self.logs, np.array(self.system.with_values(values).values)
+        some = np.arange(0, len(logs.t), -(-len(logs.t) // most))
+        program = Program.of_values(self.system, expressions)
+        return program.evaluate(logs.t[some], logs.x[some], logs.u[some], p, logs.c[logs.owner[some]])
 
 
 @dataclass(frozen=True)

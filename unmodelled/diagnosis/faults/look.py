@@ -16,7 +16,6 @@ from unmodelled.base.arrays import Array, Mask
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.persistence import default_horizon
-from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.faults.copies import command_notes, copies, notes, register_notes
@@ -42,6 +41,7 @@ from unmodelled.diagnosis.faults.rates import Ratio, rate_faults, ratios
 from unmodelled.diagnosis.faults.replaced_inputs import slow_inputs
 from unmodelled.diagnosis.faults.suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.faults.trials import EQUAL_ERROR_RATIO, QUESTION_SAMPLES, SUSPECT_SHARE, Trials
+from unmodelled.diagnosis.faults.verdict import best_of, fault_of, identified, is_good, only, where
 from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.inspection.related import is_related, surrogates
 from unmodelled.logs.logs import Logs
@@ -141,9 +141,9 @@ def _of_contradiction(trials: Trials, asked: Sequence[Question], runs: Mask) -> 
     The samples contradict each other: the error of the model only tells which column is wrong.
     """
     steps, nothing = trials.steps(trials.none), np.zeros(len(trials.logs))
-    tried = [_identified(trials, _only(question, runs, steps, nothing, nothing)) for question in asked]
-    best, *alike = _best(trials, tried)
-    return replace(_fault(trials, best, alike), explains=None)
+    tried = [identified(trials, only(question, runs, steps, nothing, nothing)) for question in asked]
+    best, *alike = best_of(trials, tried)
+    return replace(fault_of(trials, best, alike), explains=None)
 
 
 def _unrelated(system: System, logs: Logs, horizon: float, options: Options) -> tuple[LogFault, ...]:
@@ -163,9 +163,9 @@ def _unrelated(system: System, logs: Logs, horizon: float, options: Options) -> 
     random = np.array([trials.square(Correction.replaced(logs, u), steps) for u in surrogates(logs)])
     # of inputs that have nothing to do with them, the mean rank of the errors is one of uniform numbers
     rank, usual = (before < random).mean(), 0.5 + ONE_SIDED / np.sqrt(12.0 * len(logs))
-    if rank > usual or explained_by_law(trials, _identified(trials, suspect)):
+    if rank > usual or explained_by_law(trials, identified(trials, suspect)):
         return ()
-    return (_fault(trials, suspect, ()),)
+    return (fault_of(trials, suspect, ()),)
 
 
 def _far_off(system: System, logs: Logs, horizon: float, options: Options, runs: Mask) -> bool:
@@ -188,13 +188,13 @@ def _answer(system: System, logs: Logs, horizon: float, options: Options) -> tup
         fits = _fits(trials, steps, before, nothing) if longer == 1.0 else ()
         suspects = [*_suspects(trials, steps, before, nothing), *fits]
         few = sorted(_plainest(suspects), key=lambda s: -s.explains)[:REIDENTIFIED]
-        tried = (_identified(trials, s) for s in suspects if s in few)
+        tried = (identified(trials, s) for s in suspects if s in few)
         unknown = unknown_inputs(trials, steps)
-        right = [s for s in chain(tried, unknown) if s.is_enough(options) and _good(trials, s)]
+        right = [s for s in chain(tried, unknown) if s.is_enough(options) and is_good(trials, s)]
         if right:
-            best, *others = _best(trials, right)
+            best, *others = best_of(trials, right)
             alike = [s for s in others if s.question.channels != best.question.channels]
-            return (_fault(trials, best, alike),)
+            return (fault_of(trials, best, alike),)
     return ()
 
 
@@ -219,14 +219,14 @@ def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iter
     asked = questions(trials.system, logs, before.sum() > USELESS * nothing.sum())
     for question in (*asked, *exchanged(logs), *factors_of(trials, steps, useless)):
         after = trials.square(question.correction, steps)
-        for runs in _where(before, after, trials.options):
-            suspect = _only(question, runs, steps, before, after)
+        for runs in where(before, after, trials.options):
+            suspect = only(question, runs, steps, before, after)
             gain = question.problem.name == FACTOR_PROBLEM and suspect.everywhere  # an effect, no fault
             if suspect.explains > SUSPECT_SHARE and not gain:
                 yield suspect
     for question in (*slow_inputs(logs), *(swapped(trials, steps, before) if useless.any() else ())):
         after = trials.square(question.correction, steps)
-        yield _only(question, question.correction.corrected, steps, before, after)
+        yield only(question, question.correction.corrected, steps, before, after)
     # a right clock, a thousand times faster, would make one window of every experiment; the number of
     # samples of the default horizon does not depend on the clock
     most = max(1, min(steps_of(default_horizon(logs, trials.sensors), logs), QUESTION_SAMPLES // len(logs)))
@@ -252,8 +252,8 @@ def _fits(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator
     found = set[tuple[str, str, bytes]]()
     for tried, old, question, whole in (every, *((known, left, q, True) for q in some)):
         after, mine = tried.square(question.correction, steps, whole), question.correction.corrected
-        for runs in _where(old, after, trials.options) if whole and mine.all() else (mine,):
-            suspect = _only(question, runs, steps, old, after)
+        for runs in where(old, after, trials.options) if whole and mine.all() else (mine,):
+            suspect = only(question, runs, steps, old, after)
             own = question.problem.name, question.channels[0], runs.tobytes()
             if suspect.explains > SUSPECT_SHARE and not (whole and runs.all()):
                 if own not in found:
@@ -264,75 +264,3 @@ def _fits(trials: Trials, steps: int, before: Array, nothing: Array) -> Iterator
 def _matters(square: Array, nothing: Array) -> bool:
     """Return whether the error of an experiment matters beside that of persistence in all."""
     return float(square.max()) >= NEGLIGIBLE_ERROR**2 * float(np.median(nothing))
-
-
-def _where(before: Array, after: Array, options: Options) -> Iterator[Mask]:
-    """Yield all experiments, and the few whose error the correction removes almost completely."""
-    yield np.ones(len(before), np.bool_)
-    some = after < (1.0 - options.fault_share) * before
-    if 0 < some.sum() < 0.5 * len(some):
-        yield some
-
-
-def _only(question: Question, runs: Mask, steps: int, before: Array, after: Array) -> Suspect:
-    mine = Question(question.problem, question.channels, question.correction.only(runs))
-    return Suspect(mine, runs, steps, before, np.where(runs, after, before))
-
-
-def _best(trials: Trials, right: Sequence[Suspect]) -> list[Suspect]:
-    """Return the suspects with almost the smallest error, that of the fewest channels (first asked) first.
-
-    Errors are those of the experiments that any of them corrects: parameters that are fitted to a wrong
-    correction change those of the others, too.
-    """
-    where = np.any([s.runs for s in right], axis=0)
-    left = [s.after[where].sum() / trials.persistence(s.steps, not s.everywhere)[where].sum() for s in right]
-    most = EQUAL_ERROR_RATIO * min(left)
-    alike = (s for s, each in zip(right, left, strict=True) if each <= most)
-    return sorted(alike, key=lambda s: len(s.question.channels))
-
-
-def _identified(trials: Trials, suspect: Suspect) -> Suspect:
-    """Return a suspect with errors of fitted parameters, with and without its correction.
-
-    For a fault of some experiments all windows count: of a few, one that starts at a bad sample would decide.
-    """
-    both, every = (trials.none, suspect.question.correction), not suspect.everywhere
-    before, after = (trials.identified(c, suspect.steps, every) for c in both)
-    return replace(suspect, before=before, after=after)
-
-
-def _good(trials: Trials, suspect: Suspect) -> bool:
-    """Return whether the corrected model predicts well, and no law explains as much."""
-    left = float(suspect.after[suspect.runs].sum())
-    persistence = trials.persistence(suspect.steps, not suspect.everywhere)[suspect.runs].sum()
-    useful = left <= trials.options.useful_error**2 * float(persistence)
-    return useful and not explained_by_law(trials, suspect)
-
-
-def _fault(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> LogFault:
-    ids = trials.logs.ids
-    return LogFault(
-        channels=best.question.channels,
-        problem=best.question.problem.name,
-        explains=best.explains,
-        experiments=() if best.everywhere else tuple(ids[i] for i in np.flatnonzero(best.runs)),
-        sentence=_sentence(trials, best, alike),
-        decides=True,
-        indistinguishable=tuple((s.question.channels, s.question.problem.name) for s in alike),
-    )
-
-
-def _sentence(trials: Trials, best: Suspect, alike: Sequence[Suspect]) -> str:
-    """Return observation, correction with its effect on the error, and the next step."""
-    logs, question = trials.logs, best.question
-    channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
-    of = "" if best.everywhere else f" of {listed([logs.ids[i] for i in runs])}"
-    found = f"{listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
-    old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
-    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations within a run"
-    said = f"{found}: {problem.done}, {falls}."
-    if alike:
-        others = (f"{listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
-        said += f" These logs cannot distinguish it from {' or '.join(others)}."
-    return f"{said} {problem.cure}, then diagnose again."

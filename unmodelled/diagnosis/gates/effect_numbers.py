@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import sympy as sp
 
-from unmodelled.base.arrays import Array, Indices
+from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, JudgedModel
 from unmodelled.diagnosis.gates.robot_numbers import LEAST_GAIN
 from unmodelled.effects.library import effects
 from unmodelled.effects.motion import mobility
 from unmodelled.effects.place import Place
-from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import Parameter, Port, System, symbol
 from unmodelled.systems.units import parse_unit
 
@@ -33,35 +31,20 @@ _PASSIVE = {
 
 def impossible_numbers(diagnosis: Diagnosis) -> str:
     """Return what is impossible about the numbers of an augmented model."""
-    along = _Along(diagnosis.augmented)
     faults = (
         *(_beyond(p) for p in diagnosis.augmented.system.parameters),
         *(_negative(diagnosis.system, p) for p in diagnosis.augmented.system.parameters),
-        *_turned(diagnosis, along),
-        *(_driving(diagnosis, along, port) for port in diagnosis.system.ports),
-        *(_changed(diagnosis, along, place) for place in _places(diagnosis, "parameter")),
+        *_turned(diagnosis),
+        *(_driving(diagnosis, port) for port in diagnosis.system.ports),
+        *(_changed(diagnosis, place) for place in _places(diagnosis, "parameter")),
     )
-    gains = (fault for found in diagnosis.effects for fault in _switched_off(found, diagnosis, along))
+    gains = (fault for found in diagnosis.effects for fault in _switched_off(found, diagnosis))
     return next(filter(None, (*faults, *gains)), "")
 
 
-@dataclass(frozen=True)
-class _Along:
-    """Values of expressions along the logs of a model, without further efforts."""
-
-    model: JudgedModel
-
-    @cached_property
-    def _some(self) -> Indices:
-        count = len(self.model.logs.t)
-        return np.arange(0, count, -(-count // SAMPLES))
-
-    def __call__(self, *expressions: sp.Expr, values: Mapping[str, float] | None = None) -> Array:
-        """Values (expressions, samples), with other values of some parameters."""
-        system, logs, some = self.model.system, self.model.logs, self._some
-        p, c = np.array(system.with_values(values or {}).values), logs.c[logs.owner[some]]
-        program = Program.of_values(system, expressions)
-        return program.evaluate(logs.t[some], logs.x[some], logs.u[some], p, c).T
+def _along(model: JudgedModel, /, *expressions: sp.Expr, **values: float) -> Array:
+    """Values (expressions, samples) along the logs of a model, with other values of some parameters."""
+    return model.along(expressions, SAMPLES, values).T
 
 
 def _places(diagnosis: Diagnosis, kind: str) -> list[Place]:
@@ -88,14 +71,14 @@ def _negative(given: System, p: Parameter) -> str:
     return f"{p.name} would be {quantity(p.value, p.unit)}, which is never negative"
 
 
-def _turned(diagnosis: Diagnosis, along: _Along) -> Iterator[str]:
+def _turned(diagnosis: Diagnosis) -> Iterator[str]:
     """Ports that an effort moves the other way than in the given system, or without any resistance."""
     # the level of a balance stands for the velocity; of a port that the search added, the file knows nothing
     moved = (replace(p, velocity=p.velocity or p.position) for p in diagnosis.known.system.ports)
     ports = [port for port in moved if port.velocity is not None]
     before, after = (
-        values(*(mobility(model.system, port) for port in ports))
-        for values, model in ((_Along(diagnosis.known), diagnosis.known), (along, diagnosis.augmented))
+        _along(model, *(mobility(model.system, port) for port in ports))
+        for model in (diagnosis.known, diagnosis.augmented)
     )
     for port, old, new in zip(ports, before, after, strict=True):
         some = (old != 0.0) & np.isfinite(old)
@@ -107,7 +90,7 @@ def _turned(diagnosis: Diagnosis, along: _Along) -> Iterator[str]:
             yield f"the {what} at {port.name} would be {least:.2g} times that of the file as given"
 
 
-def _driving(diagnosis: Diagnosis, along: _Along, port: Port) -> str:
+def _driving(diagnosis: Diagnosis, port: Port) -> str:
     """Whether friction that changes would drive the machine."""
     known = {(e.family, e.variant): e for e in effects()}
     kinds = [(f, known.get((f.added.family, f.added.variant))) for f in diagnosis.effects]
@@ -116,7 +99,7 @@ def _driving(diagnosis: Diagnosis, along: _Along, port: Port) -> str:
     if port.velocity is None or not any(k is not None and k.beside for _, k in at):
         return ""
     total = sum((_contribution(f) for f in lost), sp.S.Zero)
-    (power,) = along(total * diagnosis.augmented.system.expression(port.velocity))
+    (power,) = _along(diagnosis.augmented, total * diagnosis.augmented.system.expression(port.velocity))
     if not np.isfinite(power).all() or power.min() < -1e-6 * np.abs(power).max():
         return f"the friction at {port.name} would drive it in a part of the logs"
     return ""
@@ -128,21 +111,21 @@ def _contribution(found: DiagnosedEffect) -> sp.Expr:
     return sum((symbol(name) * regressor for name, regressor in pairs), sp.S.Zero)
 
 
-def _changed(diagnosis: Diagnosis, along: _Along, place: Place) -> str:
+def _changed(diagnosis: Diagnosis, place: Place) -> str:
     """Whether a parameter that changes would be negative in a part of the logs."""
     (given,) = (p for p in diagnosis.system.parameters if p.name == place.name)
     if given.value <= 0.0 or parse_unit(given.unit).dimension not in _PASSIVE:
         return ""
     mine = (f for f in diagnosis.effects if f.added.place.name == place.name)
     mine = (f for f in mine if f.added.place.kind == "parameter")
-    (acting,) = along(sum(map(_contribution, mine), symbol(place.name)))
+    (acting,) = _along(diagnosis.augmented, sum(map(_contribution, mine), symbol(place.name)))
     least = float(np.min(np.where(np.isfinite(acting), acting, -np.inf)))
     if least > 0.0:
         return ""
     return f"{place.name} would fall to {quantity(least, given.unit)} in a part of the logs"
 
 
-def _switched_off(found: DiagnosedEffect, diagnosis: Diagnosis, along: _Along) -> Iterator[str]:
+def _switched_off(found: DiagnosedEffect, diagnosis: Diagnosis) -> Iterator[str]:
     """Whether a law takes away an input or an output, with its numbers or at the ends of their intervals."""
     added = found.added
     place = added.place
@@ -159,7 +142,7 @@ def _switched_off(found: DiagnosedEffect, diagnosis: Diagnosis, along: _Along) -
     ]
     now = ", ".join(f"{n} = {e.value:.3g}" for n, e in found.estimates.items())
     for said, values in [(now, {}), *ends]:
-        logged, acting = along(raw, raw + _contribution(found), values=values)
+        logged, acting = _along(diagnosis.augmented, raw, raw + _contribution(found), **values)
         if not np.isfinite(acting[np.isfinite(logged)]).all():
             yield f"with {said}, {place.name} would have no value in a part of the logs"
             return

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array
+from unmodelled.base.errors import first_few
 from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.remark import quantity
@@ -61,12 +62,11 @@ class WholeRuns:
         gone = sorted(recording.owner[lost.any(axis=1)].tolist(), key=lambda i: until[i])
         if not gone:
             return
-        named = ", ".join(f"{logs.ids[i]} after {until[i]:.3g} s" for i in gone[:NAMED])
-        more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""
+        named = first_few([f"{logs.ids[i]} after {until[i]:.3g} s" for i in gone], NAMED)
         yield (
             f"{file} diverges: in a free run over the whole experiment an output is more than "
             f"{LARGEST_ERROR:g} standard deviations off in {len(gone)} of {len(recording.owner)} experiments "
-            f"({named}{more}): simulate it for less than {until[gone[0]]:.3g} s from a measured state"
+            f"({named}): simulate it for less than {until[gone[0]]:.3g} s from a measured state"
         )
 
 
@@ -88,11 +88,7 @@ def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[st
     name = max(times, key=lambda name: times[name])
     old, new = (_said(errors[name], units[name]) for errors in (before, after))
     ids = [logs.ids[i] for i in sorted(recording.runs)]
-    more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
-    return (
-        f"over whole experiments ({', '.join(ids[:NAMED])}{more}) {name} {new}, and {old} with the "
-        "file as given"
-    )
+    return f"over whole experiments ({first_few(ids, NAMED)}) {name} {new}, and {old} with the file as given"
 
 
 def _said(error: float | None, unit: str) -> str:

@@ -10,7 +10,6 @@ import sympy as sp
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.effects.place import Place
-from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import symbol
 
 #: Likeness of a parameter's effect to that of an input's gain, at least [correlation].
@@ -90,10 +89,7 @@ def _port_like(model: JudgedModel, p: sp.Symbol) -> str | None:
 
 def _along(model: JudgedModel, expressions: list[sp.Expr]) -> Array:
     """Return the values of k expressions at some samples of the experiments, shape (samples, k)."""
-    system, logs = model.system, model.logs
-    rows = np.arange(0, len(logs.t), -(-len(logs.t) // ENOUGH_SAMPLES))
-    program, where = Program.of_values(system, expressions), (logs.t[rows], logs.x[rows], logs.u[rows])
-    values = program.evaluate(*where, np.array(system.values), logs.c[logs.owner[rows]])
+    values = model.along(expressions, ENOUGH_SAMPLES, {})
     return np.where(np.isfinite(values), values, 0.0)
 
 

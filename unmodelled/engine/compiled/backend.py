@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from unmodelled.base.arrays import Array
-from unmodelled.engine.compiled import loops
+from unmodelled.engine.compiled import rollouts
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Backend, Integration, Sizes, Windows
@@ -69,7 +69,7 @@ class Generated(Backend):
         owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples
         owner[windows.start] = windows.owner
         u = np.ascontiguousarray(windows.u[windows.shift[b] : windows.shift[b] + len(windows.t)])
-        x, z = loops.simulate(
+        x, z = rollouts.simulate(
             *(compiled.evaluate, compiled.layout, np.ascontiguousarray(x0[:, None])),
             *(windows.start, owner, u, c, windows.t, steps),
             *(how.substeps, how.period, how.common_hold, how.stages),

@@ -108,6 +108,53 @@ def tanh_of(w, d, a, lanes):
 
 
 @jit()
+def execute_rare(w, lanes, op, d, a, b, c, table, curves):
+    """Run one instruction of those that are rare, on the first lanes of the registers w (rows, lanes)."""
+    if op == Op.FLOOR:
+        for i in range(lanes):
+            w[d, i] = np.floor(w[a, i])
+    elif op == Op.GREATER:
+        for i in range(lanes):
+            w[d, i] = scalars.greater(w[a, i], w[b, i])
+    elif op == Op.AT_LEAST:
+        for i in range(lanes):
+            w[d, i] = scalars.at_least(w[a, i], w[b, i])
+    elif op == Op.EQUAL:
+        for i in range(lanes):
+            w[d, i] = scalars.equal(w[a, i], w[b, i])
+    elif op == Op.SELECT:
+        for i in range(lanes):
+            w[d, i] = scalars.select(w[a, i], w[b, i], w[c, i])
+    elif op == Op.LOOKUP:
+        for i in range(lanes):
+            w[d, i] = looked_up(w[a, i], table, curves)
+    elif op == Op.POW:
+        for i in range(lanes):
+            w[d, i] = math.pow(w[a, i], w[b, i])
+    elif op == Op.LOG:
+        for i in range(lanes):
+            w[d, i] = math.log(w[a, i])
+    elif op == Op.ASIN:
+        for i in range(lanes):
+            w[d, i] = math.asin(w[a, i])
+    elif op == Op.ACOS:
+        for i in range(lanes):
+            w[d, i] = math.acos(w[a, i])
+    elif op == Op.ATAN:
+        for i in range(lanes):
+            w[d, i] = math.atan(w[a, i])
+    elif op == Op.ATAN2:
+        for i in range(lanes):
+            w[d, i] = math.atan2(w[a, i], w[b, i])
+    elif op == Op.SINH:
+        for i in range(lanes):
+            w[d, i] = math.sinh(w[a, i])
+    elif op == Op.COSH:
+        for i in range(lanes):
+            w[d, i] = math.cosh(w[a, i])
+
+
+@jit()
 def execute(w, lanes, code, first, last, curves):
     """Run the instructions `first` to `last` of `code` on the first `lanes` of the registers `w`."""
     for k in range(first, last):
@@ -165,45 +212,5 @@ def execute(w, lanes, code, first, last, curves):
         elif op == Op.MAX:
             for i in range(lanes):
                 w[d, i] = scalars.maximum(w[a, i], w[b, i])
-        elif op == Op.FLOOR:
-            for i in range(lanes):
-                w[d, i] = np.floor(w[a, i])
-        elif op == Op.GREATER:
-            for i in range(lanes):
-                w[d, i] = scalars.greater(w[a, i], w[b, i])
-        elif op == Op.AT_LEAST:
-            for i in range(lanes):
-                w[d, i] = scalars.at_least(w[a, i], w[b, i])
-        elif op == Op.EQUAL:
-            for i in range(lanes):
-                w[d, i] = scalars.equal(w[a, i], w[b, i])
-        elif op == Op.SELECT:
-            for i in range(lanes):
-                w[d, i] = scalars.select(w[a, i], w[b, i], w[c, i])
-        elif op == Op.LOOKUP:
-            for i in range(lanes):
-                w[d, i] = looked_up(w[a, i], code[k, 5], curves)
-        elif op == Op.POW:
-            for i in range(lanes):
-                w[d, i] = math.pow(w[a, i], w[b, i])
-        elif op == Op.LOG:
-            for i in range(lanes):
-                w[d, i] = math.log(w[a, i])
-        elif op == Op.ASIN:
-            for i in range(lanes):
-                w[d, i] = math.asin(w[a, i])
-        elif op == Op.ACOS:
-            for i in range(lanes):
-                w[d, i] = math.acos(w[a, i])
-        elif op == Op.ATAN:
-            for i in range(lanes):
-                w[d, i] = math.atan(w[a, i])
-        elif op == Op.ATAN2:
-            for i in range(lanes):
-                w[d, i] = math.atan2(w[a, i], w[b, i])
-        elif op == Op.SINH:
-            for i in range(lanes):
-                w[d, i] = math.sinh(w[a, i])
-        elif op == Op.COSH:
-            for i in range(lanes):
-                w[d, i] = math.cosh(w[a, i])
+        else:
+            execute_rare(w, lanes, op, d, a, b, c, code[k, 5], curves)

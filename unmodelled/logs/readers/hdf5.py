@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.limits import check_memory
-from unmodelled.logs.hdf5 import SIGNATURE, STARTS, needs_plugin
+from unmodelled.logs.hdf5 import needs_plugin
 from unmodelled.logs.readers.names import NAMING
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, tables_by_length
+from unmodelled.logs.recognition import Source
 
 #: Attributes that give the unit of a dataset.
 UNITS = ("unit", "units")
@@ -30,7 +31,7 @@ class Hdf5(Reader):
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        return any(start.startswith(SIGNATURE, at) for at in STARTS)
+        return Source(path, start).is_hdf5
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         import h5py

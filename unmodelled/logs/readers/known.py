@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from unmodelled.base.additions import additions
-from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.errors import BadInput, Faults, first_line
 from unmodelled.base.limits import check_file, limited_process
 from unmodelled.base.search import Search
 from unmodelled.base.workers import pool_of
@@ -29,7 +29,7 @@ from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
 from unmodelled.logs.readers.rosbag import RosBag
 from unmodelled.logs.readers.ulog import ULog
-from unmodelled.logs.recognition import foreign
+from unmodelled.logs.recognition import Source
 
 #: Readers in the order in which they are asked; what is left is text.
 _FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Messages, Delimited)
@@ -62,7 +62,8 @@ def reader_of(path: Path) -> Reader | None:
     if path.is_dir():
         return None
     wanted = f"of a format that is read ({', '.join(reader.name for reader in readers())})"
-    raise foreign(path, wanted) or BadInput(f"{path}: is not {wanted}: leave it out, or save it as CSV")
+    unknown = BadInput(f"{path}: is not {wanted}: leave it out, or save it as CSV")
+    raise Source(path, start).foreign(wanted) or unknown
 
 
 def read_files(
@@ -136,7 +137,7 @@ def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Tabl
     except MemoryError:
         raise BadInput(f"{path}: is too large for the memory that is left: record less in a file") from None
     except Exception as error:  # there is no common base of what a damaged file can raise
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        reason = first_line(error)
         raise BadInput(f"{path}: not in format {reader.name}, or damaged ({reason[:100]})") from None
     for name in (name for table in tables for name in (*table.columns, *table.texts, *table.aliases)):
         if len(name) > LONGEST:

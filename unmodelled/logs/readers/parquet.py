@@ -15,6 +15,7 @@ from unmodelled.base.limits import check_memory
 from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, STAMPS, listed
+from unmodelled.logs.recognition import Source
 
 #: Where a LeRobot data set says what its columns hold, seen from a folder above its Parquet files.
 INFO = Path("meta") / "info.json"
@@ -32,7 +33,7 @@ class Parquet(Reader):
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        return start.startswith(b"PAR1")
+        return Source(path, start).is_parquet
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         from unmodelled.base.parquet import column_names, read_arrow

@@ -13,12 +13,10 @@ from typing import BinaryIO, Literal, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
-from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from unmodelled.base.arrays import Array
 
@@ -27,15 +25,12 @@ P = ParamSpec("P")
 #: Palette of Okabe and Ito: told apart with every kind of colour vision.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE, GREY = "#F0E442", "#0072B2", "#D55E00", "#CC79A7", "#999999"
-#: The three labels keep their colours in every figure; no other quantity takes blue or vermilion lines.
-LABELS = {"contact": BLUE, "jump": VERMILION, "stall": GREY}
 NEUTRAL = (BLACK, GREEN, PURPLE, SKY, ORANGE)
 
 #: Coordinates in a file, and digits beyond the second decimal.
 _COORDINATES, _DIGITS = re.compile(r'(?<= )(?:d|x|y)="[^"]*"'), re.compile(r"(\.\d\d)\d+")
 
 WIDTH = 10.0  # in, the text width of a page
-MM = 1e3  # mm per m
 
 _RC: dict[str, object] = {
     "font.family": "DejaVu Sans",
@@ -147,43 +142,15 @@ def halo(width: float) -> list[Stroke | Normal]:
     return [Stroke(linewidth=width, foreground="white"), Normal()]
 
 
-def in_pi(angle: float) -> str:
-    """Format an angle (rad) as a multiple of pi."""
-    multiple = f"{angle / np.pi:.3g}"
-    return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
-
-
-def level(factor: str, value: float) -> str:
-    """Format a factor with its value and unit."""
-    return {
-        "V": f"V = {value:.3g} V",
-        "m": f"m = {value:.2f} kg",
-        "H": f"H = {MM * value:.3g} mm",
-        "beta": f"β = {in_pi(value)}",
-    }[factor]
-
-
 def signed(value: float) -> str:
     """Format a number with two decimals and a minus sign."""
     return f"{value:.2f}".replace("-", "−")
-
-
-def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) -> str:
-    """Format the settings of an experiment."""
-    return ", ".join(level(factor, float(run[factor])) for factor in factors)
 
 
 def thin(*arrays: Array, points: int = 1500) -> list[Array]:
     """Return every k-th sample of arrays (n,), so that about `points` samples (n / k,) remain."""
     step = max(1, -(-len(arrays[0]) // points))
     return [array[::step] for array in arrays]
-
-
-def angle_axis(axes: Axes) -> None:
-    """Set the horizontal axis to one revolution, with ticks at multiples of pi/2."""
-    axes.set_xlim(0.0, 2.0 * np.pi)
-    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 2.0))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(x)))
 
 
 def absent(axes: Axes, text: str) -> None:

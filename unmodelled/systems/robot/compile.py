@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_few
 from unmodelled.systems.robot.bodies import Actuator, Body, Coupling, Joint, Robot
-from unmodelled.systems.robot.files import listed
 from unmodelled.systems.robot.links import clean
 from unmodelled.systems.robot.loading import Loaded, check_finite, couplings, loaded
 from unmodelled.systems.robot.masses import massless
@@ -83,7 +82,7 @@ class _Compiled:
         """The robot with the joints that move nothing, and a note on them."""
         held = massless(self.model, robot, self.where)
         words = "stand still at 0: to let them move, give their links masses and inertias"
-        note = f"joints that move no mass ({listed([self.joints[k] for k in held])}) {words}"
+        note = f"joints that move no mass ({first_few([self.joints[k] for k in held])}) {words}"
         return replace(robot, massless=held, notes=(*robot.notes, note)) if held else robot
 
     def _wrong(self, what: str, problem: str) -> BadInput:
@@ -221,7 +220,7 @@ class _Compiled:
         yield from self.file.notes
         if followers := [self.joints[k] for k in self.couplings]:
             words = "have no coordinate and no input of their own"
-            yield f"joints that follow others ({listed(followers)}) {words}"
+            yield f"joints that follow others ({first_few(followers)}) {words}"
         if dry := [self.joints[model.dof_jntid[k]] for k in np.flatnonzero(model.dof_frictionloss)]:
             law = "to include it, give the joint's port a law"
             yield f"the dry friction (frictionloss) of {', '.join(dry)} is not part of the equations: {law}"

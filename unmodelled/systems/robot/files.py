@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_few
 from unmodelled.base.limits import check_file
 from unmodelled.systems.robot.inertials import Inertial, inertials, value_of
 
@@ -37,8 +37,6 @@ _REFUSED = {
 _REFUSED_TYPES = {"floating", "planar", "ball", "spherical"}
 #: Elements that hold each other, how many of them are read, and how many inside each other.
 _NESTED, MOST_BODIES, DEEPEST = frozenset({"body", "link", "frame", "default"}), 1000, 200
-#: Names that a sentence lists.
-LISTED = 6
 _PLACES = ("meshdir", "texturedir", "assetdir", "fusestatic")
 
 
@@ -116,17 +114,6 @@ def _root(text: str, where: str) -> ET.Element:
     return root
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return names for a sentence, the first few if there are many.
-
-    Examples:
-        >>> listed([*"abcdefgh"])
-        'a, b, c, d, e, f and 2 more'
-    """
-    more = len(names) - LISTED
-    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
-
-
 def named(element: ET.Element) -> str:
     """Return an element with its name, for a message."""
     name = element.get("name") or element.get("joint") or element.get("class")
@@ -185,7 +172,7 @@ def _mimics(root: ET.Element, where: str) -> tuple[dict[str, tuple[str | None, f
         found[name] = (None, 0.0, offset) if leader in fixed else (leader, ratio, offset)
     idle = [name for name in fixed if joints[name].find("mimic") is not None]
     words = "it is not used, because these joints are fixed"
-    return found, [f"mimic of {listed(idle)}: {words}"] if idle else []
+    return found, [f"mimic of {first_few(idle)}: {words}"] if idle else []
 
 
 def _strip_mjcf(root: ET.Element, where: str) -> None:

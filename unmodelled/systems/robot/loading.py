@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_few
 from unmodelled.systems.robot.bodies import Coupling
-from unmodelled.systems.robot.files import Needed, listed
+from unmodelled.systems.robot.files import Needed
 from unmodelled.systems.robot.inertials import LARGEST_NUMBER, set_inertials
 
 #: Arrays of a compiled model that must be finite, by the kind of their rows.
@@ -71,10 +71,10 @@ def _of_inertials(model: Any, needed: Needed) -> Iterator[str]:
     bodies = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in strange}
     still = [name for name, k in bodies.items() if model.body_weldid[max(k, 0)] == 0]
     if still:
-        yield f"masses and inertias of {listed(still)} are not used: these links do not move"
+        yield f"masses and inertias of {first_few(still)} are not used: these links do not move"
     if moving := [name for name in strange if name not in still]:
         words = "they are used as written; correct them in the file, MuJoCo itself refuses it"
-        yield f"the inertias of {listed(moving)} are those of no solid body: {words}"
+        yield f"the inertias of {first_few(moving)} are those of no solid body: {words}"
 
 
 def couplings(model: Any, names: list[str], where: str) -> dict[int, Coupling]:

@@ -10,14 +10,14 @@ from functools import cached_property
 
 import sympy as sp
 
-from unmodelled.base.errors import closest
+from unmodelled.base.errors import closest, first_few
 from unmodelled.systems import units
 from unmodelled.systems.document import Node, file_beside
 from unmodelled.systems.robot.actuators import Activation, Drives
 from unmodelled.systems.robot.bodies import Joint, Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.dynamics import Coordinates, Dynamics
-from unmodelled.systems.robot.files import LARGEST, listed, robot_text
+from unmodelled.systems.robot.files import LARGEST, robot_text
 from unmodelled.systems.robot.links import Tree
 from unmodelled.systems.robot.model import MotionFunction, RobotModel
 from unmodelled.systems.robot.numbers import Property, properties
@@ -43,10 +43,9 @@ def with_robot(
     robot = compiled(text, str(path))
     locked = _locked(sections, robot)
     if apart := _apart(sections, robot, locked):
-        words = "are in no input and no output: with the joints that follow them, they stand still at 0"
-        note = (
-            f"{listed([robot.joints[k].written for k in apart])} {words}; to let them move, add their inputs"
-        )
+        words = "are in no input and no output: with the joints that follow them, they stand still at 0; "
+        still = first_few([robot.joints[k].written for k in apart])
+        note = f"{still} {words}to let them move, add their inputs"
         robot = replace(robot, notes=(*robot.notes, note))
     locked = robot.resting({**locked, **dict.fromkeys(apart, 0.0)})
     return _Sections(dict(sections), robot, locked, text, tuple(numbers)).read()
@@ -129,7 +128,8 @@ class _Sections:
             notes.append(f"{', '.join(zeros)} are 0 in the robot file: {words}")
         given = self._given("locked")
         if free := [j.written for j in self.robot.joints if j.follows and {j.name, j.written} & given.keys()]:
-            notes.append(f"{listed(free)}: locked, so that it follows no other joint: remove it from locked")
+            words = "locked, so that it follows no other joint: remove it from locked"
+            notes.append(f"{first_few(free)}: {words}")
         file = self.sections["model"].text()
         notes = [*self.robot.notes, *notes]
         rates = {name: str(text) for name, text in own["dynamics"].items()}

@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import final
 
 import numpy as np
-from scipy.special import betaln, gammaln, roots_legendre, xlog1py, xlogy
+from scipy.special import roots_legendre
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.compiling import kept
@@ -112,54 +112,6 @@ class Hermite(Germ):
 
     def recurrence(self, count: int) -> tuple[Array, Array]:
         return np.zeros(count), np.sqrt(np.arange(1.0, count + 1))
-
-
-@final
-@dataclass(frozen=True)
-class Laguerre(Germ):
-    """Standard gamma variable on [0, inf) with the generalised Laguerre polynomials."""
-
-    shape: float  # positive
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return 0.0, np.inf
-
-    def density(self, phi: Array) -> Array:
-        return np.asarray(np.exp(xlogy(self.shape - 1.0, phi) - phi - gammaln(self.shape)))
-
-    def recurrence(self, count: int) -> tuple[Array, Array]:
-        k = np.arange(1.0, count + 1)
-        return 2.0 * (k - 1.0) + self.shape, np.sqrt(k * (k - 1.0 + self.shape))
-
-
-@final
-@dataclass(frozen=True)
-class Jacobi(Germ):
-    """Beta variable on [-1, 1] with the Jacobi polynomials (the Legendre polynomials for a = b = 1)."""
-
-    a: float  # positive
-    b: float  # positive
-
-    @property
-    def support(self) -> tuple[float, float]:
-        return -1.0, 1.0
-
-    def density(self, phi: Array) -> Array:
-        a, b = self.a, self.b
-        log = xlog1py(a - 1.0, phi) + xlog1py(b - 1.0, -phi) - betaln(a, b) - (a + b - 1.0) * np.log(2.0)
-        return np.asarray(np.exp(log))
-
-    def recurrence(self, count: int) -> tuple[Array, Array]:
-        a, b, k = self.a, self.b, np.arange(1.0, count + 1)
-        s = a + b - 2.0 + 2.0 * k  # of b_k; that of a_k is s + 2
-        diagonal = np.empty(count)
-        diagonal[:1] = (a - b) / (a + b)
-        diagonal[1:] = (a - b) * (a + b - 2.0) / (s * (s + 2.0))[:-1]
-        squares = 4.0 * k * (k + a - 1.0) * (k + b - 1.0)
-        # at k = 1 the factor (k + a + b - 2) cancels against (s - 1), also where both are zero
-        squares[1:] *= (k + a + b - 2.0)[1:] / (s - 1.0)[1:]
-        return diagonal, np.sqrt(squares / (s**2 * (s + 1.0)))
 
 
 @final

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from unmodelled.base.arrays import Array, Mask
-from unmodelled.systems.experiments import Experiments, event_named, scaled_parameters
+from unmodelled.systems.experiments import Experiments, event_named, uncertain_indices
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.model import Event, System
 from unmodelled.systems.numeric import numpy_system_function
@@ -129,3 +129,15 @@ class Step:
         square, cube = share * share, 2.0 / 3.0 * share**3
         first, last = share - 1.5 * square + cube, cube - 0.5 * square
         return np.asarray(self.x + first * k1 + (square - cube) * (k2 + k3) + last * k4)
+
+
+def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
+    """Return parameters (S, k) of which some are multiples theta (S, n) of their nominal values."""
+    values = np.array(system.values)
+    index = uncertain_indices(system, uncertain)
+    theta = np.asarray(theta, np.float64)
+    if theta.ndim != 2 or theta.shape[1] != len(index):
+        raise ValueError(f"theta must be (samples, {len(index)}), got {theta.shape}")
+    p = np.tile(values, (len(theta), 1))
+    p[:, index] = theta * values[index]
+    return p

@@ -11,6 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+import unmodelled
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import hidden, put_folder, read_json, write_json
 from unmodelled.base.leftovers import locked
@@ -19,7 +20,7 @@ from unmodelled.base.progress import Counter
 from unmodelled.base.workers import pool_of
 
 IDENTITY = "identity.json"
-LIBRARY = Path(__file__).parents[1]
+LIBRARY = Path(unmodelled.__file__).parent
 
 
 @contextmanager

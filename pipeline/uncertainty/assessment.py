@@ -10,23 +10,20 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.uncertainty.empirical import Empirical
+from pipeline.uncertainty.moments import of_moments
+from pipeline.uncertainty.references import earth_mover_distance
+from pipeline.uncertainty.sampled import MonteCarlo, QuasiMonteCarlo
 from unmodelled.base.arrays import Array
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.problem import Problem
 from unmodelled.learning.uncertainty.setup import pairs
-from unmodelled.uncertainty.density import Density, earth_mover_distance
-from unmodelled.uncertainty.empirical import Empirical
+from unmodelled.uncertainty.density import Density
 from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY, METHODS, PLANTED, PUSH_FORWARD
-from unmodelled.uncertainty.propagation import (
-    ExactPushForward,
-    MonteCarlo,
-    Propagation,
-    QuasiMonteCarlo,
-    of_moments,
-)
+from unmodelled.uncertainty.propagation import ExactPushForward, Propagation
 from unmodelled.uncertainty.surface import ResponseSurface
 
 Alphas = Mapping[str, Array]
