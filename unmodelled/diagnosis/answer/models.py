@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.answer.shares import LEAST, shares
+from unmodelled.diagnosis.answer.shares import shares
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
@@ -16,7 +16,7 @@ from unmodelled.diagnosis.doubts.confidence import MOST
 from unmodelled.diagnosis.fitting.judged_models import known_model
 from unmodelled.diagnosis.judge.base import MATTERS, NOISES
 from unmodelled.diagnosis.judge.chain import Key
-from unmodelled.diagnosis.judge.classes import NEAR_NATS, NEAR_SQUARE, NEARLY_ALL
+from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, NEAR_SQUARE, NEARLY_ALL
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities

@@ -9,8 +9,6 @@ import numpy as np
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Interval, JudgedModel
 
-#: Share of the squared gap of all experiments below which a law is no effect.
-LEAST = 0.05
 #: Draws of the bootstrap.
 DRAWS = 2000
 

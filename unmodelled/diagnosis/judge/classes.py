@@ -19,6 +19,8 @@ NEAR_NATS = 10.0
 #: Laws that leave at most so many times the squared residual of the best are one class with it: on a measured
 #: machine what is left is other physics, of which a flexible law takes a little more.
 NEAR_SQUARE = 1.5
+#: Share of the squared gap of all experiments below which a law is no effect, unless it leaves noise.
+LEAST = 0.05
 #: Share of what the best law removes that is nearly all of it.
 NEARLY_ALL = 0.8
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.diagnosis.judge.classes import BAR, NEARLY_ALL, SHARE, LawClass, best_class
+from unmodelled.diagnosis.judge.classes import BAR, LEAST, NEARLY_ALL, SHARE, LawClass, best_class
 from unmodelled.diagnosis.judge.curves import free_curves
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.looks import Look
@@ -32,7 +32,9 @@ def exchanged(
     if plain is first or (len(found[0]) == 1 and found[2].residual.white):
         return found
     other = _named(looks, look, plain, workers, say)
-    return other if len(other[0]) > 1 and _evidence(look, other) > _evidence(look, found) else found
+    beside = [law.speaker.removed for law in other[0][1:]]
+    effects = beside and (other[2].residual.white or min(beside) >= LEAST)
+    return other if effects and _evidence(look, other) > _evidence(look, found) else found
 
 
 def _evidence(look: Look, found: Named) -> float:
