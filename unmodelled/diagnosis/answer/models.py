@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,25 +81,29 @@ def models_of(found: Judgement, system: System, every: Study) -> Models:
     """Fit and judge the models; parts of the chain alone leave only if the gap is smaller with them."""
     last, laws = found.final, [law.speaker.added.key for law in found.laws]
     chain, physics = paying_chain(last), Leaving.of("re-identified", [physics_fit(last, system)], every)
-    part = _part(found, system, every, chain, physics)
-    named = [] if part is None else [part.added.key]
-    alike = [] if part is None else [one.key for one in part.alike]
-    rest = [key for key in chain if key not in (*named, *alike)]
-    steps = [physics]
-    for k, law in enumerate(found.laws):
-        fits = last_fits(last, system, laws[: k + 1], rest)
-        steps.append(Leaving.of(_label(law.speaker.added), fits, every))
-    many = _many(steps, last.residual.white)
-    if part is not None:
-        steps.append(
-            Leaving.of(_label(part.added), last_fits(last, system, laws, [*rest, *named], named), every)
-        )
-    augmented = chained = steps[-1]
+    steps = [physics, *_with_laws(found, system, every, chain)]
+    many, augmented, chained = _many(steps, last.residual.white), steps[-1], steps[-1]
     if chain and len(steps) == 1:
         chained = Leaving.of("with the measurement chain", last_fits(last, system, (), chain), every)
         augmented = min(physics, chained, key=lambda one: one.model.gap.value)
+    part = _part(found, system, every, chain, physics, chained) if many == len(laws) else None
+    if part is not None:
+        alike = [one.key for one in (part.added, *part.alike)]
+        rest, named = [key for key in chain if key not in alike], [part.added.key]
+        last_fit = last_fits(last, system, laws, [*rest, *named], named)
+        steps = [physics, *_with_laws(found, system, every, rest)]
+        steps.append(Leaving.of(_label(part.added), last_fit, every))
+        augmented = chained = steps[-1]
     known, labelled = known_model(every), tuple(one.model for one in steps)
     return Models(known, labelled, augmented, chained, augmented.model, many, part)
+
+
+def _with_laws(found: Judgement, system: System, every: Study, chain: Sequence[Key]) -> Iterator[Leaving]:
+    """Models with one law more each, and parts of the chain."""
+    laws = [law.speaker.added for law in found.laws]
+    for k, law in enumerate(laws):
+        fits = last_fits(found.final, system, [one.key for one in laws[: k + 1]], chain)
+        yield Leaving.of(_label(law), fits, every)
 
 
 def _label(added: Added) -> str:
@@ -123,7 +127,12 @@ def _many(steps: Sequence[Leaving], white: bool) -> int:
 
 
 def _part(
-    found: Judgement, system: System, every: Study, chain: Sequence[Key], physics: Leaving
+    found: Judgement,
+    system: System,
+    every: Study,
+    chain: Sequence[Key],
+    physics: Leaving,
+    chained: Leaving,
 ) -> Part | None:
     """The part of the chain that alone explains most of what the laws leave, where that matters.
 
@@ -131,12 +140,13 @@ def _part(
     """
     last, laws = found.final, [law.speaker.added.key for law in found.laws]
     without = Leaving.of("", last_fits(last, system, laws, ()), every) if laws and chain else physics
-    if not chain or not without.matters:
+    least = NEARLY_ALL if found.verdict == "unknown" else MOST
+    if not chain or not without.matters or without.gone(chained) < least:
         return None
     alone = [_Alone.of(key, list(last_fits(last, system, laws, [key], [key])), every) for key in chain]
     best = min(alone, key=lambda one: one.square)
     explains = without.gone(best.leaving)
-    if explains < (NEARLY_ALL if found.verdict == "unknown" else MOST):
+    if explains < least:
         return None
     weights = best.varying.around.weights
     beside = {one: Linearised.of(one.varying.fitted, one.varying.tau, weights) for one in alone}
