@@ -90,7 +90,9 @@ def _likeness(table: Table, name: str) -> float:
     steps = np.diff(values[np.isfinite(values)])
     if len(steps) < ROWS or not np.median(steps) > 0.0 or np.mean(steps >= 0.0) < 0.95:
         return 0.0
-    role = meaning_of(name, table.units.get(name)).role
+    meant = meaning_of(name, table.units.get(name))
+    ticks = meant.unit == "count" and bool(np.all(steps == steps[0]))  # no encoder counts so evenly
+    role = Role.TIME if ticks else meant.role
     if role not in (None, Role.TIME, Role.PART):
         return 0.0
     named = 4.0 * (role is Role.TIME)
