@@ -47,7 +47,7 @@ USUAL = {Role.CURRENT: "A", Role.VOLTAGE: "V", Role.DUTY: "1", Role.PRESSURE: "P
 USUAL |= {Role.POWER: "W"}
 #: Words of lengths, and of angles that stay angles where a force drives them, as the pole on a cart.
 _LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x", "y", "z"])
-_TURNING = frozenset("theta angle angles phi winkel pitch roll yaw tilt azimuth elevation attitude".split())
+_TURNING = frozenset(["theta", "angle", "phi", "winkel", "pitch", "roll", "yaw", "tilt", "azimuth"])
 
 
 @dataclass(frozen=True)
