@@ -21,7 +21,7 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.faults.copies import command_notes, copies, notes, register_notes
 from unmodelled.diagnosis.faults.corrected_logs import Correction
-from unmodelled.diagnosis.faults.duplicates import different, duplicates
+from unmodelled.diagnosis.faults.duplicates import copied_columns, different, duplicates
 from unmodelled.diagnosis.faults.fits import clock_of, factors_of, of_every, of_some, swapped
 from unmodelled.diagnosis.faults.inputs import NOT_RECORDED, unknown_inputs
 from unmodelled.diagnosis.faults.questions import (
@@ -39,7 +39,7 @@ from unmodelled.diagnosis.faults.questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.faults.rates import Ratio, rate_faults, ratios
-from unmodelled.diagnosis.faults.replaced_inputs import slow_inputs
+from unmodelled.diagnosis.faults.replaced_columns import slow_inputs
 from unmodelled.diagnosis.faults.suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.faults.trials import EQUAL_ERROR_RATIO, QUESTION_SAMPLES, SUSPECT_SHARE, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
@@ -113,7 +113,7 @@ def log_faults(
 def _contradictions(system: System, logs: Logs, horizon: float, options: Options) -> Iterator[LogFault]:
     """Yield faults that the samples show beyond doubt, whatever the model says."""
     trials = Trials(system, logs, horizon, Sensors(logs), options)
-    faults = tuple(rate_faults(system, logs, trials.sensors))
+    faults = tuple(rate_faults(system, logs, trials.sensors)) or tuple(copied_columns(logs))
     yield from faults or (_of_ratio(trials, ratio) for ratio in ratios(system, logs, trials.sensors))
     for speed, position, factor in () if faults else multiples_of_slopes(system, logs):
         every = np.ones(len(logs), np.bool_)

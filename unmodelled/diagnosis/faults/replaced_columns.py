@@ -1,8 +1,9 @@
-"""Questions about inputs that other samples replace: of another run, or read straight between samples."""
+"""Questions about columns that other samples replace: of another run, or read straight between samples."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -41,15 +42,27 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
         yield Question(problem, (name,), Correction.replaced(logs, read))
 
 
-def inputs_of_other_runs(logs: Logs, shift: int) -> Array:
-    """Return the inputs (samples, inputs) of the run some places further on, held at their end."""
-    lengths, found = np.diff(logs.offsets), np.empty_like(logs.u)
+def of_other_runs(logs: Logs, values: Array, shift: int) -> Array:
+    """Return columns (samples, n) of the run some places further on, held at their end."""
+    lengths, found = np.diff(logs.offsets), np.empty_like(values)
     for i in range(len(logs)):
         other = (i + shift) % len(logs)
-        found[logs.rows(i)] = logs.u[
+        found[logs.rows(i)] = values[
             logs.offsets[other] + np.minimum(np.arange(lengths[i]), lengths[other] - 1)
         ]
     return found
+
+
+def with_other_runs(logs: Logs, shifts: Indices, output: int | None = None) -> Correction:
+    """Return the correction that gives runs the inputs, or an output, of others; shifts (experiments,)."""
+    logged = logs.u if output is None else logs.y
+    read, columns = logged.copy(), slice(None) if output is None else output
+    for shift in np.unique(shifts[shifts != 0]).tolist():
+        mine = (shifts == shift)[logs.owner]
+        read[mine, columns] = of_other_runs(logs, logged, shift)[mine, columns]
+    if output is None:
+        return Correction.replaced(logs, read)
+    return replace(Correction.none(logs), outputs=read, owner=logs.owner)
 
 
 def later_inputs(logs: Logs, samples: int) -> Correction:
@@ -58,16 +71,13 @@ def later_inputs(logs: Logs, samples: int) -> Correction:
     return Correction.replaced(logs, delayed(logs.u, logs.offsets, logs.period, late, "linear"))
 
 
-def other_run(logs: Logs, shifts: Indices) -> Question:
-    """Return the question whether runs have the inputs of others, by shifts (experiments,)."""
-    read = logs.u.copy()
-    for shift in np.unique(shifts[shifts != 0]).tolist():
-        mine = (shifts == shift)[logs.owner]
-        read[mine] = inputs_of_other_runs(logs, shift)[mine]
+def other_run(logs: Logs, shifts: Indices, output: int | None = None) -> Question:
+    """Return the question whether runs have the inputs, or an output, of others, by shifts (experiments,)."""
     changed = np.flatnonzero(shifts)[:LISTED]
     pairs = [f"{logs.ids[i]} that of {logs.ids[(i + shifts[i]) % len(logs)]}" for i in changed.tolist()]
     problem = LogProblem(
         *(OTHER_RUN, 1.0, "", "as if it came from another run", f"given to {', '.join(pairs)}"),
         "Check which files belong together",
     )
-    return Question(problem, logs.inputs, Correction.replaced(logs, read))
+    channels = logs.inputs if output is None else (logs.outputs[output],)
+    return Question(problem, channels, with_other_runs(logs, shifts, output))
