@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine
+from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine, registered
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
@@ -180,6 +180,17 @@ def test_an_output_of_another_run_is_told_without_a_speed_beside_it(tmp_path: Pa
     (fault,) = told(copied | {"run5": frames["run5"].assign(q1=one)}, tmp_path, SHAFT.system)
     assert (fault.problem, fault.channels, fault.decides) == ("other_run", ("q1",), True)
     assert "given to run2 that of run5, run5 that of run2" in fault.sentence
+
+
+@pytest.mark.parametrize("sign_bit", [False, True])
+def test_the_physics_tells_signed_levels_that_were_read_as_unsigned(sign_bit: bool, tmp_path: Path) -> None:
+    """An input in steps jumps anyway, so that the samples alone say nothing."""
+    levels = replace(SCREW, inputs=lambda u: 15.0 * np.round(u[:, np.arange(u.shape[1]) // 40 * 40] / 15.0))
+    frames = levels.frames(3, 6, 900)
+    assert told(frames, tmp_path, SCREW.system) == []
+    (fault,) = told(registered(frames, "force", 0.05, 12, sign_bit), tmp_path, SCREW.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("register", ("force",), True)
+    assert "decoded, from -45 N to 60 N, the known" in fault.sentence
 
 
 @pytest.mark.parametrize("runs", [(), ("run2", "run4")])

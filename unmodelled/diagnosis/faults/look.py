@@ -39,7 +39,7 @@ from unmodelled.diagnosis.faults.questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.faults.rates import Ratio, rate_faults, ratios
-from unmodelled.diagnosis.faults.replaced_columns import slow_inputs
+from unmodelled.diagnosis.faults.replaced_columns import signed_steps, slow_inputs
 from unmodelled.diagnosis.faults.suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.faults.trials import EQUAL_ERROR_RATIO, QUESTION_SAMPLES, SUSPECT_SHARE, Trials
 from unmodelled.logs.inspection.pairs import commands_as_outputs
@@ -217,7 +217,8 @@ def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iter
     """Yield corrections by given factors; errors of logs as read and of persistence are (experiments,)."""
     logs, useless = trials.logs, before > USELESS * nothing
     asked = questions(trials.system, logs, before.sum() > USELESS * nothing.sum())
-    for question in (*asked, *exchanged(logs), *factors_of(trials, steps, useless)):
+    shaped = (*exchanged(logs), *signed_steps(trials.system, logs))
+    for question in (*asked, *shaped, *factors_of(trials, steps, useless)):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.options):
             suspect = _only(question, runs, steps, before, after)

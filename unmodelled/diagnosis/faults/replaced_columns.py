@@ -12,7 +12,11 @@ from unmodelled.diagnosis.data.input_pace import regular_pace
 from unmodelled.diagnosis.faults.corrected_logs import Correction
 from unmodelled.diagnosis.faults.questions import LogProblem, Question
 from unmodelled.logs.clock import delayed
+from unmodelled.logs.inspection.register import KIND as REGISTER
+from unmodelled.logs.inspection.register import registers_of_steps
+from unmodelled.logs.inspection.signal import signals_of
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
 
 #: Names of the problems.
 SLOW, OTHER_RUN = "slow", "other_run"
@@ -40,6 +44,23 @@ def slow_inputs(logs: Logs) -> Iterator[Question]:
             "Log it as often as the outputs",
         )
         yield Question(problem, (name,), Correction.replaced(logs, read))
+
+
+def signed_steps(system: System, logs: Logs) -> Iterator[Question]:
+    """Yield a question for every input in steps whose levels may be signed numbers, read as unsigned."""
+    for signal in (each for each in signals_of(system) if each.role == "input"):
+        j = logs.inputs.index(signal.name)
+        for kind in registers_of_steps(logs.u[:, j], signal):
+            read = logs.u.copy()
+            read[:, j] = kind.decoded(read[:, j])
+            low, high = (signal.shown(float(end)) for end in (read[:, j].min(), read[:, j].max()))
+            looks = "signed numbers" if kind.complement else "numbers whose highest bit is the sign,"
+            problem = LogProblem(
+                *(REGISTER, 1.0, "", f"like {looks} that were read as unsigned"),
+                f"decoded, from {low} to {high}",
+                "Log the signed number",
+            )
+            yield Question(problem, (signal.name,), Correction.replaced(logs, read))
 
 
 def of_other_runs(logs: Logs, values: Array, shift: int) -> Array:
