@@ -115,8 +115,9 @@ def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) ->
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
-            meant = meaning_of(address, table.units.get(name))
             held = is_on_change(t[rows], column[rows])
+            # what a value that is written when it changes is called, `state`, is not what it means
+            meant = meaning_of(address.removesuffix(".state") if held else address, table.units.get(name))
             if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
                 found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
     return _together(found)
