@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
+
+import numpy as np
 
 from unmodelled.base.kind_words import kind_name
 from unmodelled.base.wording import amounts, law_name, place_name
@@ -56,6 +59,33 @@ def chain_sentence(part: ChainPart) -> str:
         case "zero", _:
             return f"the zero of {name} is {size} too {'high' if more else 'low'}"
     return f"{_law(added)} is {size if more else f'−{size}'}"
+
+
+def without_common_delay(parts: Sequence[ChainPart]) -> tuple[ChainPart, ...]:
+    """Return the parts without the delay of all outputs that the inputs, which act early, take back.
+
+    Logs do not show at which time all of it happened. What is left of a delay is told where it is larger than
+    its standard error.
+    """
+    late = {(p.added.place.kind, p.added.place.name): p for p in parts if _role(p) == "delay"}
+    if not late:
+        return tuple(parts)
+    system = next(iter(late.values())).added.system
+    signs = {("actuator", i.name): -1.0 for i in system.inputs}
+    signs |= {("sensor", o.name): 1.0 for o in system.outputs}
+    sizes = [sign * late[key].value if key in late else 0.0 for key, sign in signs.items()]
+    if not system.inputs or not (min(sizes) > 0.0 or max(sizes) < 0.0):
+        return tuple(parts)
+    common = min(sizes, key=abs)
+    found = list[ChainPart]()
+    for part in parts:
+        moved = part
+        if _role(part) == "delay":
+            sign = signs[part.added.place.kind, part.added.place.name]
+            moved = replace(part, value=part.value - sign * common)
+        if moved is part or abs(moved.value) > np.nan_to_num(part.error):
+            found.append(moved)
+    return tuple(found)
 
 
 def chain_explains(share: float) -> str:
