@@ -19,6 +19,8 @@ from unmodelled.systems.units import parse_unit
 Role = Literal["spread", "delay", "lag", "gain", "zero", "other"]
 #: Units of ratios, which are said in percent.
 RATIOS = ("", "1", "-")
+#: Share of a delay that all channels have, within which they have it alike: no window ends at one instant.
+ROUNDING = 0.05
 #: Words for parameters that lose power, by a unit of their dimension.
 LOSSES = {"N s/m": "damping", "N m s/rad": "damping", "ohm": "resistance", "s": "time constant"}
 
@@ -65,7 +67,7 @@ def without_common_delay(parts: Sequence[ChainPart]) -> tuple[ChainPart, ...]:
     """Return the parts without the delay of all outputs that the inputs, which act early, take back.
 
     Logs do not show at which time all of it happened. What is left of a delay is told where it is larger than
-    its standard error.
+    its standard error, and than a share of what all have.
     """
     late = {(p.added.place.kind, p.added.place.name): p for p in parts if _role(p) == "delay"}
     if not late:
@@ -83,7 +85,7 @@ def without_common_delay(parts: Sequence[ChainPart]) -> tuple[ChainPart, ...]:
         if _role(part) == "delay":
             sign = signs[part.added.place.kind, part.added.place.name]
             moved = replace(part, value=part.value - sign * common)
-        if moved is part or abs(moved.value) > np.nan_to_num(part.error):
+        if moved is part or abs(moved.value) > max(np.nan_to_num(part.error), ROUNDING * abs(common)):
             found.append(moved)
     return tuple(found)
 
