@@ -23,6 +23,7 @@ from unmodelled.diagnosis.answer.chain_sentences import (
     chain_sentence,
     most_alike,
     small_gap,
+    without_common_delay,
 )
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
@@ -86,6 +87,21 @@ def test_a_sentence_for_every_kind_of_part(
     added = effect(family, variant).add(system, place, scales_of(system, logs))
     part = ChainPart(added, value, NAN, unit, bool(added.per_experiment))
     assert chain_sentence(part).replace("\xa0", " ") == expected
+
+
+@pytest.mark.parametrize(("late", "left"), [(0.0062, []), (0.009, ["theta is 3 ms late"]), (-0.006, None)])
+def test_a_delay_of_outputs_that_the_input_takes_back_is_not_told(
+    late: float, left: list[str] | None, machine: tuple[System, Logs]
+) -> None:
+    """Input and output of a machine can be moved in time together; other delays stay as they are."""
+    system, logs = machine
+    parts = [
+        ChainPart(effect(family, "").add(system, place, scales_of(system, logs)), value, 1e-6, "s", False)
+        for family, place, value in (("input_delay", TORQUE, -0.006), ("sensor_delay", THETA, late))
+    ]
+    found = without_common_delay(parts)
+    told = [chain_sentence(part).replace("\xa0", " ") for part in found]
+    assert told == (["torque acts 6 ms early", "theta is 6 ms early"] if left is None else left)
 
 
 def test_numbers_of_the_chain_are_si_and_shown_as_logged(machine: tuple[System, Logs]) -> None:

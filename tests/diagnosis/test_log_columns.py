@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine
+from tests.inspection.machines import PENDULUM, SCREW, Frames, Machine, registered
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
@@ -130,7 +130,7 @@ def test_the_physics_tells_a_factor_in_two_runs(frames: Frames, tmp_path: Path) 
     """Without a speed beside the angle."""
     (fault,) = told(scaled("phi", 10.0, "run2", "run4")(frames), tmp_path, ANGLE)
     assert (fault.problem, fault.channels, fault.experiments) == ("factor", ("phi",), ("run2", "run4"))
-    assert "like 10" in fault.sentence or "like 9.9" in fault.sentence
+    assert "numbers were 10" in fault.sentence or "numbers were 9.9" in fault.sentence
 
 
 def test_the_physics_tells_a_factor_of_an_input_in_a_run(frames: Frames, tmp_path: Path) -> None:
@@ -153,6 +153,46 @@ def test_an_input_that_was_not_recorded_in_a_run(tmp_path: Path) -> None:
     assert fault.experiments == ("run3", "run5")
 
 
+def test_an_input_that_was_not_recorded_in_half_of_the_runs(tmp_path: Path) -> None:
+    runs = ("run1", "run4", "run6")
+    (fault,) = told(scaled("force", 0.0, *runs)(SCREW.frames(3, 6, 900)), tmp_path, SCREW.system)
+    assert (fault.problem, fault.channels, fault.experiments) == ("constant", ("force",), runs)
+
+
+@pytest.mark.parametrize("runs", [EVERY, ("run2", "run4")])
+def test_the_physics_tells_an_input_that_is_exchanged_with_an_output(
+    runs: tuple[str, ...], tmp_path: Path
+) -> None:
+    frames = SHAFT.frames(3, 6, 900)
+    wrong = frames | {run: frames[run].rename(columns={"u": "q2", "q2": "u"}) for run in runs}
+    (fault,) = told(wrong, tmp_path, SHAFT.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("exchanged", ("u", "q2"), True)
+    assert fault.experiments == (() if runs == EVERY else runs)
+
+
+def test_an_output_of_another_run_is_told_without_a_speed_beside_it(tmp_path: Path) -> None:
+    """Copied to one run, where the samples show it; exchanged between two, where the physics does."""
+    frames = SHAFT.frames(3, 6, 900)
+    one, other = frames["run2"]["q1"], frames["run5"]["q1"]
+    copied = frames | {"run2": frames["run2"].assign(q1=other)}
+    (fault,) = told(copied, tmp_path, SHAFT.system)
+    assert (fault.problem, fault.channels, fault.experiments) == ("copied", ("q1",), ("run2", "run5"))
+    (fault,) = told(copied | {"run5": frames["run5"].assign(q1=one)}, tmp_path, SHAFT.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("other_run", ("q1",), True)
+    assert "given to run2 that of run5, run5 that of run2" in fault.sentence
+
+
+@pytest.mark.parametrize("sign_bit", [False, True])
+def test_the_physics_tells_signed_levels_that_were_read_as_unsigned(sign_bit: bool, tmp_path: Path) -> None:
+    """An input in steps jumps anyway, so that the samples alone say nothing."""
+    levels = replace(SCREW, inputs=lambda u: 15.0 * np.round(u[:, np.arange(u.shape[1]) // 40 * 40] / 15.0))
+    frames = levels.frames(3, 6, 900)
+    assert told(frames, tmp_path, SCREW.system) == []
+    (fault,) = told(registered(frames, "force", 0.05, 12, sign_bit), tmp_path, SCREW.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("register", ("force",), True)
+    assert "decoded, from -45 N to 60 N, the known" in fault.sentence
+
+
 @pytest.mark.parametrize("runs", [(), ("run2", "run4")])
 def test_a_factor_of_an_input_is_no_other_factor_of_outputs(runs: tuple[str, ...], tmp_path: Path) -> None:
     """On a linear machine it is the inverse factor of the only output."""
@@ -160,7 +200,7 @@ def test_a_factor_of_an_input_is_no_other_factor_of_outputs(runs: tuple[str, ...
     (fault,) = told(wrong, tmp_path, SCREW.system)
     assert fault.channels == ("force",) and fault.experiments == runs
     assert fault.problem == "deci" or (
-        runs and fault.problem == "factor" and "like 10 times" in fault.sentence
+        runs and fault.problem == "factor" and "numbers were 10 times too large" in fault.sentence
     )
 
 

@@ -33,7 +33,7 @@ MEANINGS = {
         **{"theta_m": None, "theta_m_deg": "deg", "x_m": "m", "pos_min": None, "pos_a": None},
         **{"Inc": "count", "pos_cnt": "count", "enc ticks": "count", "gear position [V]": "V"},
     },
-    Role.CURRENT: {"i_q": None, "iMotor_mA": "mA", "i_cmd_mA": "mA", "tank_supply_A": "A"},
+    Role.CURRENT: {"ESC.Curr": None, "i_q": None, "iMotor_mA": "mA", "i_cmd_mA": "mA", "tank_supply_A": "A"},
     Role.VELOCITY: {
         **{"speedRPM": "rpm", "n [1/min]": "rpm", "spindle speed 1/min": None, "vel_deg_per_s": "deg/s"},
         **{
@@ -138,6 +138,37 @@ def test_counts_that_a_force_drives_are_lengths(tmp_path: Path) -> None:
     assert mapping["signals"]["q"] == {"column": "slide cnt", "unit": "m", "scale": "1/1000000"}
     assert "# Question: how many counts a metre? 1000000 is a guess." in (logs / "mapping.yaml").read_text()
     assert system.outputs[0].unit == "m"
+
+
+@pytest.mark.parametrize(
+    ("position", "wanted"), [("carriage pos", ["m", "m/s", "N"]), ("pole tilt", ["rad", "rad/s", "N m"])]
+)
+def test_what_a_force_drives_is_a_length_unless_its_name_is_that_of_an_angle(
+    tmp_path: Path, position: str, wanted: list[str]
+) -> None:
+    """A speed without a unit beside them says nothing else."""
+    columns = {"t": "t", position: "angle", "vel": "speed", "F": "torque"}
+    _, system = drafted(write(tmp_path / "raw", columns))
+    assert [item.unit for item in (*system.outputs, *system.inputs)] == wanted
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, "rad/s"), (180.0 / np.pi, "deg/s")])
+def test_a_gyro_alone_turns_in_degrees_or_radians_a_second(tmp_path: Path, factor: float, unit: str) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "gyroY": "speed", "cur": "torque"}, speed=10.0 * factor)
+    mapping, _ = drafted(logs)
+    assert mapping["signals"]["w"] == {"column": "gyroY", "unit": unit}
+    assert f"# Question: is it in {unit}?" in (logs / "mapping.yaml").read_text()
+
+
+def test_ticks_that_grow_evenly_are_a_clock(tmp_path: Path) -> None:
+    """In milliseconds or another unit, which is asked; ticks of an encoder do not grow so evenly."""
+    logs = write(tmp_path / "raw", {"ticks": "t", "phi": "angle", "torque": "torque"}, t=1e3)
+    for path in logs.iterdir():
+        table = pd.read_csv(path)
+        table.assign(ticks=91_000 + table["ticks"].round().astype(int)).to_csv(path, index=False)
+    mapping, _ = drafted(logs)
+    assert mapping["time"] == {"column": "ticks", "unit": "ms"} and columns_of(mapping)["q"] == "phi"
+    assert "# Question: is it in ms (250 samples a second)?" in (logs / "mapping.yaml").read_text()
 
 
 def test_a_sensor_in_volts_is_scaled_with_a_question(tmp_path: Path) -> None:

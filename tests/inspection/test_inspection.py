@@ -107,6 +107,18 @@ def test_a_fault_is_found_and_cured(case: str, systems: dict[str, System]) -> No
     assert np.mean(np.abs(off - off[0]) > error) < 0.003
 
 
+@pytest.mark.parametrize("start", [300, "lowest"])
+def test_a_channel_that_freezes_to_the_end_is_told(start: int | str, systems: dict[str, System]) -> None:
+    """Also for most of a run, and at the smallest value of it, which it reaches only once."""
+    frames = MACHINES["swing"].frames()
+    values = frames["run2"]["tacho"].to_numpy().copy()
+    first = start if isinstance(start, int) else int(np.argmin(values[:900]))
+    values[first:] = values[first]
+    assert start == 300 or values[first] == values.min()
+    _, (note,) = looked(systems["swing"], frames | {"run2": frames["run2"].assign(tacho=values)})
+    assert note.startswith("tacho freezes once, for up to") and "of run2)" in note
+
+
 @pytest.mark.parametrize("name", MACHINES)
 def test_faultless_logs_raise_no_alarm(name: str, systems: dict[str, System]) -> None:
     for seed in range(5):

@@ -366,6 +366,49 @@ def test_messages_without_definitions_have_the_names_of_their_first_lines(tmp_pa
     )
 
 
+@pytest.mark.parametrize("separator", [";", "\t", " "])
+def test_messages_with_other_separators_begin_with_a_name_and_a_time(tmp_path: Path, separator: str) -> None:
+    """Numbers may have their names before them; settings in the same dialect are no messages."""
+    pairs = list(zip(T.tolist(), X.tolist(), strict=True))
+    cells = [cell for t, x in pairs for cell in (("GYR", t, f"rate={x}"), ("MOT", t + 0.001, 7, x))]
+    path = tmp_path / "rig.txt"
+    path.write_text("\n".join(separator.join(map(str, row)) for row in cells))
+    gyro, motor_ = tables(path)
+    assert (gyro.name, motor_.name) == ("GYR", "MOT") and list(motor_.columns) == ["1", "2", "3"]
+    np.testing.assert_allclose(gyro.columns["rate"], X)
+    np.testing.assert_allclose(motor_.columns["3"], X)
+    settings = [
+        separator.join((*each, "")) for k in range(9) for each in (("gain", f"{-k}"), ("limit", "2", "a"))
+    ]
+    rows = [f"{t},{x},0" for t, x in pairs]
+    path.write_text("\n".join([*settings, "t,x,y", *rows]))
+    assert list(table(path, path.read_text()).columns) == ["t", "x", "y"]
+
+
+def test_the_checksum_of_a_sentence_is_no_cell(tmp_path: Path) -> None:
+    lines = [line for t, x in zip(T, X, strict=True) for line in (f"$WTR,{t},{x}*7A", f"$RUD,{t},1,{x}*0F")]
+    (tmp_path / "boat.nmea").write_text("\r\n".join(lines))
+    water, rudder = tables(tmp_path / "boat.nmea")
+    np.testing.assert_allclose(water.columns["2"], X)
+    np.testing.assert_allclose(rudder.columns["3"], X)
+
+
+def test_lines_of_a_journal_have_names_before_their_numbers(tmp_path: Path) -> None:
+    rows = [
+        f"2031-04-01T08:00:{t:09.6f}Z pump2 level={x:.6f} m flow={2.0 * x:.6f} state=run"
+        for t, x in zip(T, X, strict=True)
+    ]
+    found = table(tmp_path / "journal.log", "\n".join(rows))
+    np.testing.assert_allclose(found.columns["level"], X, atol=1e-6)
+    np.testing.assert_allclose(found.columns["flow"], 2.0 * X, atol=1e-6)
+
+
+@pytest.mark.parametrize("line", ["(16{0}.25) can1 0C4#00FF{0}", "  can0  18F00400   [8]  00 {0}"])
+def test_frames_of_a_bus_are_named(tmp_path: Path, line: str) -> None:
+    told = refusals(lambda: table(tmp_path / "a.log", "\n".join(line.format(k) for k in range(10, 80))))[0]
+    assert "is a log of CAN frames, not a table: decode it by its DBC file" in told
+
+
 def test_messages_of_several_sensors_have_units_and_tables_of_their_own(tmp_path: Path) -> None:
     path = recorders.messages(tmp_path / "a.log")
     path.write_text(f'{path.read_text()}MSG, 9, "quad, of the shed\nARM, 12')  # a quote, and a line cut off

@@ -216,6 +216,28 @@ def test_init_writes_hold_and_simulate_reads_it(tmp_path: Path) -> None:
     assert read_logs(logs, system).period > 60.0
 
 
+def test_init_reads_a_file_per_sensor_by_the_names_of_the_files(tmp_path: Path) -> None:
+    """Where the column is called a value in all of them; files that have numbers only are experiments."""
+    sensors, numbered = tmp_path / "sensors", tmp_path / "numbered"
+    for folder, names in ((sensors, ("tank level", "pump flow")), (numbered, ("run 1", "run 2"))):
+        folder.mkdir()
+        for name, own in zip(names, rows_of().values(), strict=True):
+            lines = ["when;value", *(f"{date(t)};{cell}" for t, cell in own)]
+            (folder / f"{name}.csv").write_text("\n".join(lines))
+    init(sensors, None, None, None)
+    mapping = yaml.safe_load((sensors / "mapping.yaml").read_text())
+    columns = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    assert columns == {"h": "tank level.value", "Q": "pump flow.value"}
+    assert "among the columns 'value'" in refusals(lambda: init(numbered, None, None, None))[0]
+
+
+def test_the_state_of_an_entity_is_no_position(tmp_path: Path) -> None:
+    rows = {name.replace("tank.level", "sensor.hall"): own for name, own in rows_of().items()}
+    write_csv(tmp_path, ("entity_id", "state", "last_changed"), long_rows(rows, False))
+    told = refusals(lambda: init(tmp_path, None, None, None))[0]
+    assert "no moving position and no level was found among the columns" in told and "sensor.hall" in told
+
+
 def test_sampled_values_are_not_held(tmp_path: Path) -> None:
     """A clock that jitters, and a signal that repeats: both are sampled."""
     generator = np.random.default_rng(3)

@@ -193,3 +193,12 @@ def test_places_and_files_are_in_the_unit_of_the_users_clock(tmp_path: Path, uni
     t, again = read_experiment(written, system, own, "experiment")
     np.testing.assert_allclose(t, own.period * np.arange(own.samples), atol=1e-8)
     np.testing.assert_allclose(again, u, atol=1e-8)
+
+
+def test_runs_of_another_sampling_period_are_named(tmp_path: Path) -> None:
+    """Their clock may be wrong."""
+    tables = {name: run(120) for name in "abcdef"}
+    for name in "ce":
+        tables[name]["t"] = 0.9 * np.asarray(tables[name]["t"])
+    notes = read_logs(write(tmp_path, tables), motor()).notes
+    assert "differ, 0.002 s but 0.0018 s in c, e: all logs were read every 0.002 s" in "".join(notes)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from unmodelled.drafting.channels import BARS, SAMPLES, Channel
+from unmodelled.drafting.channels import BARS, DEGREES, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
 from unmodelled.drafting.motion import at, explained, over
-from unmodelled.drafting.names import Role, is_command, number_of, words_of
+from unmodelled.drafting.names import Role, is_command, is_gyro, number_of, words_of
 from unmodelled.drafting.units import dimension_of
 from unmodelled.systems.units import Dimension
 
@@ -209,6 +209,8 @@ def level_channel(signal: Signal) -> Channel:
         Role.CHARGE: "%" if most > 1.5 else "1",
         Role.VELOCITY: "rpm" if most > 200.0 else "rad/s",
     }
+    if is_gyro(signal.address):
+        usual[Role.VELOCITY] = "deg/s" if most > DEGREES else "rad/s"
     return Channel(signal, usual.get(signal.role or Role.OTHER, "V"), False)
 
 

@@ -45,7 +45,9 @@ BARS = 2000.0
 #: Units of inputs without one.
 USUAL = {Role.CURRENT: "A", Role.VOLTAGE: "V", Role.DUTY: "1", Role.PRESSURE: "Pa", Role.FLOW: "m^3/s"}
 USUAL |= {Role.POWER: "W"}
+#: Words of lengths, and of angles that stay angles where a force drives them, as the pole on a cart.
 _LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x", "y", "z"])
+_TURNING = frozenset(["theta", "angle", "phi", "winkel", "pitch", "roll", "yaw", "tilt", "azimuth"])
 
 
 @dataclass(frozen=True)
@@ -108,16 +110,18 @@ def position_channel(
     given, whole = position.unit, bool(np.all(position.values == np.round(position.values)))
     if given is not None and is_position(given):
         return Channel(position, given, True)
-    own = None if velocity is None else _by_speed(position, velocity, widest)
+    words = {*words_of(position.address)}
+    linear = bool(words & _LENGTHS) or (pushed and not words & _TURNING)
+    own = None if velocity is None else _by_speed(position, velocity, widest, linear)
     digit = _digit(position, velocity) if given is own is None and whole and velocity is not None else None
     if velocity is not None and digit is not None:
         asked = f"is one {digit:g} deg? It is by {one_line(velocity.address)}."
         return Channel(position, "deg", False, digit, asked)
     if given is not None or (whole and widest > MANY):
-        return _scaled(position, velocity, pushed)
+        return _scaled(position, velocity, linear)
     if velocity is not None and own is not None:
         return Channel(position, own, velocity.unit is not None)
-    if _LENGTHS & set(words_of(position.address)):
+    if linear:
         return Channel(position, "m", False)
     return Channel(position, "deg" if widest > DEGREES else "rad", False)
 
@@ -132,10 +136,11 @@ def is_slope(position: Signal, other: Signal, correlated: float) -> bool:
     return found.correlation >= correlated and usual
 
 
-def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:
+def _by_speed(position: Signal, velocity: Signal, widest: float, linear: bool) -> str | None:
     """Unit of a position whose slope a speed is; None if no usual pair of units fits."""
     rate, known = abs(slope(position, velocity).ratio), velocity.unit is not None
     pairs = [(own, other) for own, other in PAIRS if velocity.unit in (None, other)]
+    pairs = pairs if known or not linear else [pair for pair in pairs if not is_angle(pair[0])]
     fitting = [own for own, other in pairs if _close(rate, _size(own) / _size(other))]
     return next((own for own in fitting if known or own != "rad" or widest <= DEGREES), None)
 
@@ -157,9 +162,9 @@ def _close(value: float, wanted: float, most: float = CLOSE) -> bool:
     return bool(abs(np.log(max(value, 1e-12) / wanted)) < most)
 
 
-def _scaled(position: Signal, velocity: Signal | None, pushed: bool) -> Channel:
+def _scaled(position: Signal, velocity: Signal | None, linear: bool) -> Channel:
     """A position in counts, or in the unit of a sensor: its scale follows from a speed, or is asked."""
-    linear, scale, by = pushed or bool(_LENGTHS & set(words_of(position.address))), 0.0, "a guess"
+    scale, by = 0.0, "a guess"
     if velocity is not None and velocity.unit is not None and is_speed(velocity.unit):
         linear = dimension_of(velocity.unit) == dimension_of("m/s")
         scale = abs(slope(position, velocity).ratio) * _size(velocity.unit)

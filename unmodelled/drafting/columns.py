@@ -90,7 +90,9 @@ def _likeness(table: Table, name: str) -> float:
     steps = np.diff(values[np.isfinite(values)])
     if len(steps) < ROWS or not np.median(steps) > 0.0 or np.mean(steps >= 0.0) < 0.95:
         return 0.0
-    role = meaning_of(name, table.units.get(name)).role
+    meant = meaning_of(name, table.units.get(name))
+    ticks = meant.unit == "count" and bool(np.all(steps == steps[0]))  # no encoder counts so evenly
+    role = Role.TIME if ticks else meant.role
     if role not in (None, Role.TIME, Role.PART):
         return 0.0
     named = 4.0 * (role is Role.TIME)
@@ -113,8 +115,9 @@ def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) ->
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
-            meant = meaning_of(address, table.units.get(name))
             held = is_on_change(t[rows], column[rows])
+            # what a value that is written when it changes is called, `state`, is not what it means
+            meant = meaning_of(address.removesuffix(".state") if held else address, table.units.get(name))
             if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
                 found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
     return _together(found)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.limits import check_file
 from unmodelled.base.search import Search
+from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.logs.readers.known import read_files, reader_of
 from unmodelled.logs.readers.reader import Table
@@ -21,6 +23,10 @@ _OTHERS = "yaml yml md xml urdf pdf png jpg svg py m mp4 stl"
 DESCRIPTIONS = ("info.json", "stats.json", "tasks.json", "provenance.json", "package.json")
 #: Files that are looked into, and files or folders below a folder that are looked at.
 MOST, SEEN = 40, 2000
+
+
+#: Names of a column whose file says what it is.
+_NAMELESS = frozenset(["value", "val", "state", "reading", "wert"])
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,7 @@ def survey(logs: Path) -> Survey:
     if not read:
         raise BadInput(f"{logs}: no file in it can be read; the first one: {next(iter(left_out.values()))}")
     folders = {place.parent for place in read}
-    if len(read) > 1 and _differ(read) and len(folders) == 1:
+    if len(read) > 1 and (_differ(read) or _of_sensors(read)) and len(folders) == 1:
         return Survey(logs, patterns_of(logs, [*folders]), read_files([*folders], None, Faults()), left_out)
     kept = _largest(read)
     left_out |= {place: "other columns" for place in read if place not in kept}
@@ -136,6 +142,19 @@ def _is_hidden(path: Path, folder: Path) -> bool:
 
 def _is_bag(folder: Path) -> bool:
     return reader_of(folder) is not None
+
+
+def _of_sensors(read: Mapping[Path, Sequence[Table]]) -> bool:
+    """Whether every file has the values of one sensor, which its name tells: a word, not a number."""
+    alone = all(len(tables) == 1 and _is_lone(tables[0]) for tables in read.values())
+    return alone and len({re.sub(r"\d+", "", path.stem) for path in read}) == len(read)
+
+
+def _is_lone(table: Table) -> bool:
+    """Whether a table has a column of dates or times and one other, which has no name of its own."""
+    names = [name for name in table.columns if name not in table.origins]
+    others = [name for name in names if meaning_of(name).role is not Role.TIME]
+    return len(others) == 1 < len(table.columns) and others[0].lower() in _NAMELESS
 
 
 def _differ(read: dict[Path, list[Table]]) -> bool:

@@ -23,7 +23,15 @@ from unmodelled.drafting.channels import (
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.homes import UNNAMED, Home, distinct, unnamed_pairs
 from unmodelled.drafting.motion import Drive
-from unmodelled.drafting.names import ACTING, FORCES, Role, is_command, number_of, words_of
+from unmodelled.drafting.names import (
+    ACTING,
+    FORCES,
+    Role,
+    is_command,
+    is_force,
+    number_of,
+    words_of,
+)
 from unmodelled.drafting.units import dimension_of, is_angle, is_position
 
 #: Joints of a first model.
@@ -170,6 +178,13 @@ def _velocity(home: Home, free: Sequence[Signal]) -> Signal | None:
     return slopes[0] if slopes and others else None
 
 
+def _is_force(signal: Signal) -> bool:
+    """Whether a column is a force by its unit, or by its name where it has none."""
+    if signal.unit is None:
+        return is_force(signal.address)
+    return dimension_of(signal.unit) == dimension_of("N")
+
+
 def _same(position: Signal, other: Signal) -> bool:
     """Whether two columns have the number of one joint."""
     number = number_of(position.address)
@@ -192,7 +207,7 @@ def _joint(home: Home, homes: Sequence[Home]) -> Joint:
     # elements of one list have one unit
     name = _without_number(position.address)
     widest = max(each.motion for each in homes if _without_number(each.position.address) == name)
-    pushed = any(s.unit is not None and dimension_of(s.unit) == dimension_of("N") for s in free)
+    pushed = any(_is_force(s) for s in free)
     here = position_channel(position, speed, widest, pushed)
     velocity = None if speed is None else velocity_channel(here, speed)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]

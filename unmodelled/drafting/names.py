@@ -55,7 +55,7 @@ WORDS = {
     Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta drehzahl geschwindigkeit rpm "
     "gyro gyr gyroscope vx vy vz rollspeed pitchspeed yawspeed rollrate pitchrate yawrate",
     Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft",
-    Role.CURRENT: "current currents iq strom amps amperage",
+    Role.CURRENT: "current currents curr cur iq strom amps amperage",
     Role.VOLTAGE: "voltage voltages volt volts spannung",
     Role.DUTY: "pwm duty throttle valve pump ventil pumpe",
     Role.PRESSURE: "pressure pressures druck press",
@@ -87,6 +87,8 @@ _COMMAND = (
     "cmd command goal ref reference set setpoint desired des target soll action control con sollwert wanted "
     "demand sp"
 )
+#: Words of gyroscopes among those of speeds, and of forces among those of efforts.
+_GYROS, _FORCES = "gyro gyr gyroscope", "force forces kraft"
 #: Words beside a role that say that the quantity was measured.
 _MEASURED = "meas measured actual act state ist encoder"
 #: Quantities of which a set point is no drive: a controller drives until the quantity is there.
@@ -254,6 +256,27 @@ def says_little(name: str) -> bool:
         (True, False)
     """
     return tag_in(name) is None and all(len(word) == 1 for word, _ in _told(name))
+
+
+def is_gyro(name: str) -> bool:
+    """Return whether a name is that of a gyroscope, which measures an angle per second.
+
+    Examples:
+        >>> is_gyro("gyroADC[0]"), is_gyro("motor_rpm")
+        (True, False)
+    """
+    return bool({*_GYROS.split()} & {*words_of(name)})
+
+
+def is_force(name: str) -> bool:
+    """Return whether a name is that of a force, not of a torque.
+
+    Examples:
+        >>> is_force("F"), is_force("Kraft_soll"), is_force("torque"), is_force("F_joint torque")
+        (True, True, False, False)
+    """
+    told = [word for word, role in _told(name) if role is Role.EFFORT]
+    return bool(told) and told[0] in ("F", *_FORCES.split())
 
 
 def is_command(name: str) -> bool:

@@ -34,6 +34,8 @@ from unmodelled.logs.table import SMALLEST, Columns, TextTable, check_header, ch
 from unmodelled.systems.model import Input, Output, System
 
 TURN = 2.0 * np.pi  # rad
+#: Logs that a note names.
+NAMED = 4
 #: Distance by which a sample is moved, as a share of a period, from which differences of samples are rough.
 ROUGH = 0.2
 #: Longest gap, as a share of the record before it, over which states that no output shows go on. Nobody knows
@@ -251,13 +253,29 @@ def _read(columns: Sequence[Array], pairs: Sequence[tuple[Columns, Array]], kind
     )
 
 
+def _periods(ids: Sequence[str], periods: Sequence[float]) -> str:
+    """Sampling periods (logs,), s, in words: two with the logs that have them, more as a range.
+
+    Examples:
+        >>> _periods(["a", "b", "c"], [0.1, 0.09, 0.1])
+        '0.1 s but 0.09 s in b'
+    """
+    usual = float(np.median(periods))
+    other = [k for k, each in enumerate(periods) if abs(each / usual - 1.0) > TOLERANCE]
+    mine = [periods[k] for k in other]
+    if not other or max(mine) > (1.0 + TOLERANCE) * min(mine) or 2 * len(other) >= len(ids):
+        return f"{min(periods):.6g} to {max(periods):.6g} s"
+    more = f" and {len(other) - NAMED} more" if len(other) > NAMED else ""
+    return f"{usual:.6g} s but {mine[0]:.6g} s in {', '.join(ids[k] for k in other[:NAMED])}{more}"
+
+
 def _moved(ids: Sequence[str], logs: Sequence[Columns], moves: Sequence[float], period: float) -> list[str]:
     """What happened to the clocks."""
     periods = [float(np.median(np.diff(log.values["t"]))) for log in logs]
     if max(periods) > (1.0 + TOLERANCE) * (1.0 + 1e-9) * min(periods):
         return [
-            f"the sampling periods of the logs differ, {min(periods):.6g} to {max(periods):.6g} s: all logs "
-            f"were read every {period:.6g} s by interpolation"
+            f"the sampling periods of the logs differ, {_periods(ids, periods)}: all logs were read every "
+            f"{period:.6g} s by interpolation; check the clock of those that should have the same"
         ]
     moved = np.count_nonzero(np.array(moves) > UNIFORM)
     if not moved:

@@ -8,7 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from unmodelled.diagnosis.answer.chain_sentences import chain_explains, most_alike, small_gap
+from unmodelled.diagnosis.answer.chain_sentences import (
+    chain_explains,
+    most_alike,
+    small_gap,
+    without_common_delay,
+)
 from unmodelled.diagnosis.answer.compared import (
     chain_parts,
     chance_of_nothing,
@@ -149,7 +154,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         notes=(*study.logs.notes, *_notes(answered)),
         faults=faults,
         correlations=answered.numbers.correlations([*reported, *system.uncertain]),
-        chain=chain_parts(found, models.chained.last),
+        chain=without_common_delay(chain_parts(found, models.chained.last)),
         evidence=evidence(found),
         strangers=strangers(found),
     )
@@ -205,7 +210,8 @@ def _notes(answered: Answered) -> Iterator[str]:
             f"the system file has no port {listed(answered.between)}: its effort acts between two "
             "ports, its coordinates are those of the first port less those of the second one"
         )
-    if not answered.laws and answered.shrink >= MOST:
+    chain = chain_parts(answered.found, answered.models.chained.last)
+    if not answered.laws and answered.shrink >= MOST and without_common_delay(chain):
         yield chain_explains(answered.shrink)
     yield from _too_small(answered.found)
     if answered.found.alike is not None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
+
+import numpy as np
 
 from unmodelled.base.kind_words import kind_name
 from unmodelled.base.wording import amounts, law_name, place_name
@@ -16,6 +19,8 @@ from unmodelled.systems.units import parse_unit
 Role = Literal["spread", "delay", "lag", "gain", "zero", "other"]
 #: Units of ratios, which are said in percent.
 RATIOS = ("", "1", "-")
+#: Share of a delay that all channels have, within which they have it alike: no window ends at one instant.
+ROUNDING = 0.05
 #: Words for parameters that lose power, by a unit of their dimension.
 LOSSES = {"N s/m": "damping", "N m s/rad": "damping", "ohm": "resistance", "s": "time constant"}
 
@@ -56,6 +61,33 @@ def chain_sentence(part: ChainPart) -> str:
         case "zero", _:
             return f"the zero of {name} is {size} too {'high' if more else 'low'}"
     return f"{_law(added)} is {size if more else f'−{size}'}"
+
+
+def without_common_delay(parts: Sequence[ChainPart]) -> tuple[ChainPart, ...]:
+    """Return the parts without the delay of all outputs that the inputs, which act early, take back.
+
+    Logs do not show at which time all of it happened. What is left of a delay is told where it is larger than
+    its standard error, and than a share of what all have.
+    """
+    late = {(p.added.place.kind, p.added.place.name): p for p in parts if _role(p) == "delay"}
+    if not late:
+        return tuple(parts)
+    system = next(iter(late.values())).added.system
+    signs = {("actuator", i.name): -1.0 for i in system.inputs}
+    signs |= {("sensor", o.name): 1.0 for o in system.outputs}
+    sizes = [sign * late[key].value if key in late else 0.0 for key, sign in signs.items()]
+    if not system.inputs or not (min(sizes) > 0.0 or max(sizes) < 0.0):
+        return tuple(parts)
+    common = min(sizes, key=abs)
+    found = list[ChainPart]()
+    for part in parts:
+        moved = part
+        if _role(part) == "delay":
+            sign = signs[part.added.place.kind, part.added.place.name]
+            moved = replace(part, value=part.value - sign * common)
+        if moved is part or abs(moved.value) > max(np.nan_to_num(part.error), ROUNDING * abs(common)):
+            found.append(moved)
+    return tuple(found)
 
 
 def chain_explains(share: float) -> str:

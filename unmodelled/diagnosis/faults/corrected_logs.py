@@ -44,6 +44,13 @@ class Correction:
         order[[one, other]] = order[[other, one]]
         return replace(cls.none(logs), outputs=logs.y[:, order], owner=logs.owner)
 
+    @classmethod
+    def exchanged_input(cls, logs: Logs, source: int, output: int) -> Correction:
+        """Return the correction that exchanges an input and an output, by their numbers."""
+        u, y = logs.u.copy(), logs.y.copy()
+        u[:, source], y[:, output] = logs.y[:, output], logs.u[:, source]
+        return replace(cls.none(logs), inputs=u, outputs=y, owner=logs.owner)
+
     def read_outputs(self, logs: Logs) -> Array:
         """Return the outputs (samples, outputs) before gain and offset: as logged, or replaced."""
         return _replaced(logs.y, self.outputs)

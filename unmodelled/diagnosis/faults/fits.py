@@ -18,7 +18,7 @@ from unmodelled.diagnosis.faults.questions import (
     groups,
     multiplied,
 )
-from unmodelled.diagnosis.faults.replaced_inputs import inputs_of_other_runs, other_run
+from unmodelled.diagnosis.faults.replaced_columns import other_run, with_other_runs
 from unmodelled.diagnosis.faults.trials import EQUAL_ERROR_RATIO, OUTSTANDING_ERROR, Trials
 from unmodelled.logs.inspection.pairs import FACTOR
 
@@ -84,23 +84,22 @@ def factors_of(trials: Trials, steps: int, some: Mask) -> Iterator[Question]:
 
 
 def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Yield whether files were exchanged: inputs of others leave far less than `before` (experiments,).
+    """Yield whether files were exchanged: columns of others leave far less than `before` (experiments,).
 
-    Every file belongs to one run, so that the inputs of others fit in a circle of runs, or none were
-    exchanged: a drive that follows its command late may fit that of some other run better, too.
+    Every file belongs to one run, so that inputs, or an output, of others fit in a circle of runs, or none
+    were exchanged: a drive that follows its command late may fit that of some other run better, too.
     """
     logs, many = trials.logs, len(trials.logs)
-    if not logs.inputs or not 1 < many <= MOST_RUNS:
-        return
-    each = np.array(
-        [trials.square(Correction.replaced(logs, inputs_of_other_runs(logs, k)), steps) for k in range(many)]
-    )
+    columns = [*([None] if logs.inputs else []), *range(len(logs.outputs) if len(logs.outputs) > 1 else 0)]
     runs = np.arange(many)
-    # errors of runs with the inputs of others, in those with their own
-    share = each[(runs - runs[:, None]) % many, runs[:, None]] / np.maximum(before[:, None], 1e-300)
-    shifts = (owners(share, 1.0 - trials.options.fault_share) - runs) % many
-    if shifts.any():
-        yield other_run(logs, shifts)
+    for output in columns if 1 < many <= MOST_RUNS else ():
+        moved = (with_other_runs(logs, np.full(many, k), output) for k in range(many))
+        each = np.array([trials.square(correction, steps) for correction in moved])
+        # errors of runs with the columns of others, in those with their own
+        share = each[(runs - runs[:, None]) % many, runs[:, None]] / np.maximum(before[:, None], 1e-300)
+        shifts = (owners(share, 1.0 - trials.options.fault_share) - runs) % many
+        if shifts.any():
+            yield other_run(logs, shifts, output)
 
 
 def owners(share: Array, most: float) -> Indices:

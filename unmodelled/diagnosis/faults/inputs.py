@@ -27,7 +27,7 @@ def unknown_inputs(trials: Trials, steps: int) -> Iterator[Suspect]:
     spans = np.array([np.ptp(logs.u[logs.rows(i)], axis=0) for i in range(len(logs))])
     for j, name in enumerate(logs.inputs):
         still = spans[:, j] == 0.0
-        if not 0 < still.sum() < 0.5 * len(logs):
+        if not 0 < still.sum() <= 0.5 * len(logs):
             continue
         fitted = trials.among(np.flatnonzero(~still).tolist()).refitted(steps).numbers
         shared = None if fitted is None else fitted[:1]  # the same in all runs

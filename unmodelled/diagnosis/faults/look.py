@@ -20,7 +20,7 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.faults.copies import command_notes, copies, notes, register_notes
 from unmodelled.diagnosis.faults.corrected_logs import Correction
-from unmodelled.diagnosis.faults.duplicates import different, duplicates
+from unmodelled.diagnosis.faults.duplicates import copied_columns, different, duplicates
 from unmodelled.diagnosis.faults.fits import clock_of, factors_of, of_every, of_some, swapped
 from unmodelled.diagnosis.faults.inputs import NOT_RECORDED, unknown_inputs
 from unmodelled.diagnosis.faults.questions import (
@@ -38,7 +38,7 @@ from unmodelled.diagnosis.faults.questions import (
     without_inputs,
 )
 from unmodelled.diagnosis.faults.rates import Ratio, rate_faults, ratios
-from unmodelled.diagnosis.faults.replaced_inputs import slow_inputs
+from unmodelled.diagnosis.faults.replaced_columns import signed_steps, slow_inputs
 from unmodelled.diagnosis.faults.suspects import Suspect, explained_by_law
 from unmodelled.diagnosis.faults.trials import EQUAL_ERROR_RATIO, QUESTION_SAMPLES, SUSPECT_SHARE, Trials
 from unmodelled.diagnosis.faults.verdict import best_of, fault_of, identified, is_good, only, where
@@ -113,7 +113,7 @@ def log_faults(
 def _contradictions(system: System, logs: Logs, horizon: float, options: Options) -> Iterator[LogFault]:
     """Yield faults that the samples show beyond doubt, whatever the model says."""
     trials = Trials(system, logs, horizon, Sensors(logs), options)
-    faults = tuple(rate_faults(system, logs, trials.sensors))
+    faults = tuple(rate_faults(system, logs, trials.sensors)) or tuple(copied_columns(logs))
     yield from faults or (_of_ratio(trials, ratio) for ratio in ratios(system, logs, trials.sensors))
     for speed, position, factor in () if faults else multiples_of_slopes(system, logs):
         every = np.ones(len(logs), np.bool_)
@@ -217,7 +217,8 @@ def _suspects(trials: Trials, steps: int, before: Array, nothing: Array) -> Iter
     """Yield corrections by given factors; errors of logs as read and of persistence are (experiments,)."""
     logs, useless = trials.logs, before > USELESS * nothing
     asked = questions(trials.system, logs, before.sum() > USELESS * nothing.sum())
-    for question in (*asked, *exchanged(logs), *factors_of(trials, steps, useless)):
+    shaped = (*exchanged(logs), *signed_steps(trials.system, logs))
+    for question in (*asked, *shaped, *factors_of(trials, steps, useless)):
         after = trials.square(question.correction, steps)
         for runs in where(before, after, trials.options):
             suspect = only(question, runs, steps, before, after)

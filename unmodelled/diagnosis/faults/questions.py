@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -57,10 +57,12 @@ PROBLEMS = (
 )
 #: Factors with which outputs and inputs are far off: no prediction by the known physics is of any use.
 EXTREMES = tuple(
-    LogProblem(*(name, float(by), "", f"like {by} of its unit", f"multiplied by {by}", _CONVERT))
-    for name, by in (
-        *(("deci", "0.1"), ("deca", "10"), ("centi", "0.01"), ("hecto", "100")),
-        *(("micro", "1e-6"), ("nano", "1e-9"), ("mega", "1e6"), ("giga", "1e9")),
+    LogProblem(*(name, float(by), "", f"like {word} of its unit", f"multiplied by {by}", _CONVERT))
+    for name, by, word in (
+        *(("deci", "0.1", "tenths"), ("deca", "10", "tens")),
+        *(("centi", "0.01", "hundredths"), ("hecto", "100", "hundreds")),
+        *(("micro", "1e-6", "millionths"), ("nano", "1e-9", "billionths")),
+        *(("mega", "1e6", "millions"), ("giga", "1e9", "billions")),
     )
 )
 NO_EFFECT = LogProblem(
@@ -111,10 +113,12 @@ def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Ques
 
 
 def exchanged(logs: Logs) -> Iterator[Question]:
-    """Yield the question whether two outputs are exchanged, for every pair."""
+    """Yield the question whether two columns are exchanged, for every pair with an output."""
     for one, other in combinations(range(len(logs.outputs)), 2):
         names = logs.outputs[one], logs.outputs[other]
         yield Question(EXCHANGED, names, Correction.exchanged(logs, one, other))
+    for (i, source), (j, output) in product(enumerate(logs.inputs), enumerate(logs.outputs)):
+        yield Question(EXCHANGED, (source, output), Correction.exchanged_input(logs, i, j))
 
 
 def without_inputs(logs: Logs) -> Question:
@@ -124,14 +128,9 @@ def without_inputs(logs: Logs) -> Question:
 
 def multiplied(logs: Logs, channels: tuple[str, ...], factor: float) -> Question:
     """Return the question whether channels are to be multiplied by a factor."""
+    size = f"{1.0 / factor:.3g} times too large" if factor < 1.0 else f"{factor:.3g} times too small"
     problem = LogProblem(
-        *(
-            FACTOR_PROBLEM,
-            factor,
-            "",
-            f"like {1.0 / factor:.3g} times its unit",
-            f"multiplied by {factor:.4g}",
-        ),
+        *(FACTOR_PROBLEM, factor, "", f"as if its numbers were {size}", f"multiplied by {factor:.4g}"),
         "Check the unit and the range of the column in these runs",
     )
     return _scaled(problem, channels, logs)

@@ -12,7 +12,7 @@ from unmodelled.diagnosis.data.options import Options
 from unmodelled.diagnosis.faults.corrected_logs import Correction
 from unmodelled.diagnosis.faults.fits import CLOCK_PROBLEM, WRONG, factors_of
 from unmodelled.diagnosis.faults.questions import FACTOR_PROBLEM, GIVEN, Question
-from unmodelled.diagnosis.faults.replaced_inputs import later_inputs
+from unmodelled.diagnosis.faults.replaced_columns import later_inputs
 from unmodelled.diagnosis.faults.trials import OUTSTANDING_ERROR, Trials
 from unmodelled.effects.coulomb_friction import CoulombFriction
 from unmodelled.effects.effect import PortEffect

@@ -101,15 +101,16 @@ class Trials:
             numbers = numbers[runs]
         return Trials(self.system, self.logs.among(runs), self.horizon, options=self.options, numbers=numbers)
 
-    def persistence(self, steps: int, every: bool = False) -> Array:
+    def persistence(self, steps: int, every: bool = False, correction: Correction | None = None) -> Array:
         """Return the mean square error (experiments,) of persistence: constant values, or speeds.
 
         A correction that removes inputs and forces has this error on every machine.
         """
-        recording = self._recording(self.none, steps, every)
+        given = correction or self.none
+        recording = self._recording(given, steps, every)
         still, on = (
-            self._mean(recording, self._in_deviations(off[:, None], recording, self.none)[:, 0] ** 2)
-            for off in persistence_errors(self.sensors, recording.start[:, None], recording.rows)
+            self._mean(recording, self._in_deviations(off[:, None], recording, given)[:, 0] ** 2)
+            for off in persistence_errors(recording.sensors, recording.start[:, None], recording.rows)
         )
         return np.minimum(still, on)
 

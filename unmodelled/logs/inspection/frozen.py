@@ -62,9 +62,7 @@ def frozen(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
 
 
 def _levels(runs: Sequence[Run], signal: Signal) -> set[float]:
-    """Return the values at which an input stands more than once in all runs: levels that are commanded."""
-    if signal.role != "input":
-        return set()
+    """Return the values at which a channel stands more than once in all runs: commanded, or its ends."""
     values = [run.values[signal.column] for run in runs]
     held = Counter(float(part[start]) for part in values for start, _ in _stretches(part))
     return {value for value, count in held.items() if count > 1}
@@ -89,7 +87,7 @@ def _stretches(values: Array) -> Iterator[tuple[int, int]]:
 def _is_frozen(run: Run, signal: Signal, stretch: tuple[int, int], levels: Container[float]) -> bool:
     values, (start, end) = run.values[signal.column], stretch
     value = float(values[start])
-    if signal.held or value in levels:
+    if signal.held or (signal.role == "input" and value in levels):
         return False
     others = [run.values[s.column][start:end] for s in run.signals if s.column != signal.column]
     if start == 0 or not any(np.ptp(other) > 0.0 for other in others):
@@ -97,8 +95,9 @@ def _is_frozen(run: Run, signal: Signal, stretch: tuple[int, int], levels: Conta
     span = run.spans[signal.column]
     if signal.role == "position" and _catches_up(values, stretch, span):
         return True
-    extreme = value in (float(values.min()), float(values.max()), 0.0)
-    if extreme:
+    # an end of the range is reached again and again, by noise alone
+    once = end == len(values) and value not in levels and np.count_nonzero(values == value) == end - start
+    if value == 0.0 or (value in (float(values.min()), float(values.max())) and not once):
         return False
     return _noisy(values, stretch) or (signal.role == "input" and _paused(values, stretch, span))
 
@@ -121,16 +120,19 @@ def _noisy(values: Array, stretch: tuple[int, int]) -> bool:
 
     It repeats no value then. What a filter lets settle has lost its noise before.
     """
-    if quantum(values) > 0.0 or noise(values) < NOISY * float(np.ptp(values)):
-        return False
     same, rough = np.diff(values) == 0.0, np.abs(np.diff(values, 2))
+    free = np.ones(len(values), np.bool_)
     for start, end in _stretches(values):
         same[start : end - 1] = False
+        free[start + 1 : end] = False
+    moving = values[free]  # a stretch to the end can be most of a run
+    if len(moving) < FEWEST or quantum(moving) > 0.0 or noise(moving) < NOISY * float(np.ptp(values)):
+        return False
     before = rough[max(0, stretch[0] - FEWEST - 2) : max(0, stretch[0] - 2)]
     if float(same.mean()) >= REPEATED or not len(before):
         return False
     low, high = ROUGH
-    return low < float(np.median(before)) / (SECOND * noise(values)) < high
+    return low < float(np.median(before)) / (SECOND * noise(moving)) < high
 
 
 def _paused(values: Array, stretch: tuple[int, int], span: float) -> bool:

@@ -94,7 +94,8 @@ def sentences(findings: Sequence[Finding], clock: str = "s") -> Iterator[str]:
         runs = list(dict.fromkeys(each.run for each in same))
         count, first = sum(each.count for each in same), same[0]
         where = f"in {_listed(runs)} (the first one at t = {on_clock(first.first, clock)} of {runs[0]})"
-        yield f"{first.channel} {first.what.format(count=count)} {where}: {first.cure}"
+        what = first.what.format(count=count).replace(" 1 times", " once")
+        yield f"{first.channel} {what} {where}: {first.cure}"
 
 
 def _listed(runs: Sequence[str]) -> str:

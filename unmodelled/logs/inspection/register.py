@@ -90,19 +90,46 @@ def register_of(parts: Sequence[Array], signal: Signal) -> Register | None:
     return None
 
 
+def registers_of_steps(values: Array, signal: Signal) -> Iterator[Register]:
+    """Yield how the few levels (samples,) of an input in steps may be numbers with a sign.
+
+    Nothing but a model tells whether they are: they jump anyway. The unit of the levels is a power of two
+    counts times the count, so that numbers of bits are unknown.
+    """
+    levels = np.unique(np.append(values, signal.zero))
+    if len(levels) > 2 and len(levels) < 2 * LEVELS and levels[0] == signal.zero:
+        for kind in _registers(float(levels[-1] - signal.zero), _common(levels), signal, 1):
+            if kind.negative(levels).any() and not kind.negative(values).all():
+                yield kind
+
+
+def _common(levels: Array) -> float:
+    """Return the largest unit of which all levels (levels,) are whole multiples, by Euclid's algorithm."""
+    unit, least = 0.0, ROUNDING * float(levels[-1])
+    for rest in levels.tolist():
+        while rest > least:
+            unit, rest = rest, unit % rest if unit % rest < rest - least else 0.0
+    return unit
+
+
 def _likely(values: Array, signal: Signal) -> Iterator[Register]:
-    """Yield the registers that the largest value allows: the powers of two below and above it."""
+    """Yield the registers that the largest value allows."""
     levels = np.unique(values)
     low = levels[: int(np.argmax(np.diff(levels))) + 1]  # below the widest gap: positive numbers
     unit = count_of(low) if len(low) >= LEVELS else 0.0
+    yield from _registers(float(levels[-1] - signal.zero), unit, signal, SHORTEST)
+
+
+def _registers(highest: float, unit: float, signal: Signal, shortest: int) -> Iterator[Register]:
+    """Yield registers of counts (SI) by the highest value: the powers of two below and above it."""
     if unit <= 0.0:
         return
-    top = float(levels[-1] - signal.zero) / unit
-    for power in range(SHORTEST - 1, LONGEST + 1):
+    top = highest / unit
+    for power in range(shortest - 1, LONGEST + 1):
         below, above = 2.0**power <= top * (1.0 + ROUNDING), top <= 2.0**power * (1.0 + ROUNDING)
         if below and power < LONGEST and top < 2.0 ** (power + 1):
             yield Register(power + 1, unit * 2.0**power, False, signal.zero)
-        if above and power >= SHORTEST and top > 2.0 ** (power - 1):
+        if above and power >= shortest and top > 2.0 ** (power - 1):
             yield Register(power, unit * 2.0**power, True, signal.zero)
 
 

@@ -18,7 +18,7 @@ from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
 from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
-from unmodelled.logs.readers.text_cells import numbers_in, times_in, words_among
+from unmodelled.logs.readers.text_cells import numbers_in, times_in, without_name, words_among
 from unmodelled.logs.recognition import BLACKBOX
 
 
@@ -52,12 +52,14 @@ def filled(path: Path, empty: Table, frame: pd.DataFrame, decimal: str) -> list[
     words: dict[str, dict[int, str]] = {}
     beside = Beside()
     units, origins = dict(empty.units), dict[str, int]()
-    for name in map(str, frame):
-        cells = frame[name]
+    for column in map(str, frame):
+        cells, name = frame[column], column
         if cells.dtype.kind in "fiub":
             columns[name] = cells.to_numpy(np.float64, copy=True)
             continue
         text = cells.fillna("").astype(str).str.strip()
+        own, text = without_name(text)
+        name = name if own is None or own in {*columns, *texts} else own
         if _is_list(text):
             found, lengths = _lists(path, name, text)
             columns |= found
@@ -100,7 +102,8 @@ def _frame(path: Path, dialect: Dialect) -> pd.DataFrame:
         if found is None:
             raise
         wanted, row, got = found.groups()
-        raise BadInput(f"{path}: row {row}: must have {wanted} columns, got {got}: correct the row") from None
+        advice = "correct the row, or write lines of other kinds into files of their own"
+        raise BadInput(f"{path}: row {row}: must have {wanted} columns, got {got}: {advice}") from None
 
 
 def _is_list(cells: pd.Series) -> bool:

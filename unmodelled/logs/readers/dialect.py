@@ -25,6 +25,10 @@ MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codec
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.ASCII | re.I)
 COMMAED = re.compile(r"[-+]?(\d*,\d+)([eE][-+]?\d+)?", re.ASCII)
+#: A number with its name: `yaw=1.5`.
+NAMED = re.compile(rf"([^\W\d][\w.]*)[=:]({NUMBER.pattern})", re.ASCII | re.I)
+#: A frame of a CAN bus, as candump writes it.
+FRAME = re.compile(r"(\([\d.]+\)\s+)?\w+\s+[0-9A-F]{3,8}(#|\s+\[\d\])", re.ASCII)
 #: A date or a time of day, alone or one after the other.
 DATE = re.compile(
     r"(\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})?[T ]?(\d\d?:\d\d(:\d\d([.,]\d+)?)?)?\s*(Z|[-+]\d\d:?\d\d)?"
@@ -58,6 +62,9 @@ def dialect_of(path: Path) -> Dialect:
     encoding = _encoding(raw)
     lines = raw.decode(encoding, "replace").splitlines()
     lines = lines if whole else lines[:-1]  # the last one is cut
+    if lines and all(FRAME.match(line.strip()) for line in lines[:ENDING]):
+        advice = "decode it by its DBC file, and save the signals as CSV"
+        raise BadInput(f"{path}: is a log of CAN frames, not a table: {advice}")
     # settings may be longer than what is looked at: the table is what a file ends with
     last = lines if whole else _decoded(end, raw, encoding).splitlines()[1:-1]
     separator, width = _table_in([line for line in last if _is_row(line)][-ENDING:])
@@ -105,6 +112,7 @@ def is_value(cell: str) -> bool:
     return bool(
         NUMBER.fullmatch(cell)
         or COMMAED.fullmatch(cell)
+        or NAMED.fullmatch(cell)
         or (cell[:1].isdigit() and DATE.fullmatch(cell))
         or (cell[:1] == "[" and cell[-1:] == "]" and any(c.isdigit() for c in cell))
         or cell.lower() in ("true", "false")

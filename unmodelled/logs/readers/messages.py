@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -14,9 +15,9 @@ import pandas as pd
 
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.logs.readers.delimited import filled
-from unmodelled.logs.readers.dialect import is_value, split
+from unmodelled.logs.readers.dialect import NUMBER, is_value, split
 from unmodelled.logs.readers.long import clock_of
-from unmodelled.logs.readers.reader import Reader, Table
+from unmodelled.logs.readers.reader import START, Reader, Table
 from unmodelled.logs.recognition import COMMENT
 
 #: Messages that define others: names and columns, units of columns, symbols of units and of factors.
@@ -27,6 +28,10 @@ _SCALED, _INSTANCE = "cCeEL", "#"
 _PREFIXES = {"1": "", "0": "", "0.01": "c", "0.001": "m", "1e-06": "u", "1e-09": "n", "1000": "k"}
 #: Lines by which a file is recognised.
 LINES = 4
+#: Separators of cells: between others than commas, lines begin with a message's name and a time.
+SEPARATORS = (",", ";", "\t", " ")
+#: Checksum at the end of a line of NMEA 0183.
+_CHECKSUM = re.compile(r"(?<=,)([^,*]*)\*[0-9A-Fa-f]{2}(?=\s*$)")
 
 
 class Messages(Reader):
@@ -39,19 +44,19 @@ class Messages(Reader):
     def recognises(self, path: Path, start: bytes) -> bool:
         if b"\x00" in start:
             return False
-        lines = start.decode("utf-8-sig", "replace").splitlines()[:-1]
-        kinds = _kinds(line for line in lines if line.strip() and not line.lstrip().startswith(COMMENT))
-        return FORMAT in kinds or _differ(kinds)
+        return _separator(start) is not None
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
         check_file(path, OBJECTS)
         kinds: dict[str, _Message] = {}
+        with path.open("rb") as file:
+            separator = _separator(file.read(START)) or ","
         with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
             for number, line in enumerate(file, start=1):
-                name, comma, _ = line.partition(",")
+                name, comma, _ = line.strip().partition(separator)
                 if comma and not line.lstrip().startswith(COMMENT):
-                    message = kinds.setdefault(name.strip(), _Message())
-                    message.lines.append(line)
+                    message = kinds.setdefault(name.strip(), _Message(separator))
+                    message.lines.append(_CHECKSUM.sub(r"\1", line) if line[0] in "$!" else line)
                     message.numbers.append(number)
         definitions = _Definitions.of(kinds)
         others = {k: v for k, v in kinds.items() if k not in (FORMAT, UNITS_OF, UNIT, FACTOR)}
@@ -67,6 +72,7 @@ class Messages(Reader):
 class _Message:
     """Lines of one message, with their numbers in the file."""
 
+    separator: str
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
 
@@ -118,12 +124,31 @@ def _unit(label: str, kind: str, factor: str) -> str:
     return f"{prefix}{label}" if label and prefix is not None else ""
 
 
-def _kinds(lines: Iterator[str]) -> dict[str, list[list[str]]]:
+def _separator(start: bytes) -> str | None:
+    """The separator of the cells of messages, by the first bytes of their file; None for another file."""
+    lines = start.decode("utf-8-sig", "replace").splitlines()[:-1]
+    lines = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENT)]
+    for separator in SEPARATORS:
+        kinds = _kinds(lines, separator)
+        if (separator == "," and FORMAT in kinds) or (_differ(kinds) and (separator == "," or _timed(kinds))):
+            return separator
+    return None
+
+
+def _timed(kinds: Mapping[str, list[list[str]]]) -> bool:
+    """Whether a time that grows stands behind the name of every message that is written often."""
+    often = [[row[0] for row in rows[-LINES:]] for rows in kinds.values() if len(rows) >= LINES]
+    numbers = [float(cell) for cells in often for cell in cells if NUMBER.fullmatch(cell)]
+    steps = np.diff(np.reshape(numbers, (-1, LINES))) if len(numbers) == LINES * len(often) else np.zeros(1)
+    return bool((steps >= 0.0).all() and steps.any())
+
+
+def _kinds(lines: Sequence[str], separator: str) -> dict[str, list[list[str]]]:
     """The cells of lines behind their first one, by that one if it is a word."""
     found: dict[str, list[list[str]]] = {}
     for line in lines:
         try:
-            name, *cells = split(line, ",")
+            name, *cells = split(line, separator)
         except (ValueError, csv.Error):
             return {}
         if not cells or not name or is_value(name):
@@ -148,7 +173,7 @@ def _differ(kinds: Mapping[str, list[list[str]]]) -> bool:
 
 def _tables(path: Path, name: str, message: _Message, definitions: _Definitions) -> list[Table]:
     """The table of a message, if its lines hold values."""
-    cells = [split(line, ",")[1:] for line in message.lines[:2]]
+    cells = [split(line, message.separator)[1:] for line in message.lines[:2]]
     columns = list(definitions.columns.get(name, ()))
     lines, numbers = message.lines, message.numbers
     if not columns and len(cells) > 1 and not any(map(is_value, cells[0])) and any(map(is_value, cells[1])):
@@ -161,6 +186,7 @@ def _tables(path: Path, name: str, message: _Message, definitions: _Definitions)
     with warnings.catch_warnings(action="ignore", category=pd.errors.ParserWarning):  # commas in a last text
         frame = pd.read_csv(
             io.StringIO("".join(lines)),
+            sep=r"\s+" if message.separator == " " else message.separator,
             header=None,
             names=["", *named],
             index_col=False,

@@ -9,6 +9,7 @@ import pandas as pd
 from pandas.tseries.api import guess_datetime_format
 
 from unmodelled.base.arrays import Array
+from unmodelled.logs.readers.dialect import NAMED
 from unmodelled.logs.time_units import DAY
 
 #: Share of the cells of a column that must hold values if it is one of numbers.
@@ -65,6 +66,16 @@ def numbers_in(cells: pd.Series, decimal: str) -> Array | None:
     if not filled or found.notna().sum() <= SHARE * filled:
         return None
     return np.asarray(found, np.float64)
+
+
+def without_name(cells: pd.Series) -> tuple[str | None, pd.Series]:
+    """Return the name before all numbers (rows,), as in `yaw=1.5`, and the cells without it; None: none."""
+    found = NAMED.fullmatch(str(cells.iloc[0])) if len(cells) else None
+    if found is None:
+        return None, cells
+    first = found[0][: len(found[1]) + 1]
+    named = cells.str.startswith(first) | (cells == "")
+    return (found[1], cells.str.removeprefix(first)) if named.all() else (None, cells)
 
 
 def words_among(cells: pd.Series, values: Array) -> dict[int, str]:
