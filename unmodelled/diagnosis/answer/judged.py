@@ -50,8 +50,11 @@ def judged(
         found = found.until(models.laws)
         used = _with_used_ports(system, found)
         models = models_of(found, used, every)
+    #    A gap that matters over long windows only, and that nothing explains, is none over the horizon.
     if models.part is not None and not found.laws:
         found = replace(found, verdict="effect" if found.verdict == "no_gap" else "main_effect", alike=None)
+    elif found.verdict == "unknown" and not models.augmented.matters:
+        found = replace(found, verdict="no_gap")
     study = replace(begun.study, system=used)
 
     # 5. A network in every port of the known physics is the reference where something is left.
