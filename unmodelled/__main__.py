@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import chdir
+from importlib import import_module
 from pathlib import Path
 
 # with -m, Python looks for modules in the working folder first, where files of a stranger may lie beside logs
@@ -14,12 +16,18 @@ from unmodelled.base.workers import SAFE_PATH
 from unmodelled.cli.command_line import run
 from unmodelled.cli.program import LIBRARY, Program, version
 
+#: Libraries that read settings from a file of the working folder while they are imported.
+SETTINGS = {"matplotlibrc": "matplotlib", ".numba_config.yaml": "numba"}
 PROGRAM = Program("unmodelled", (LIBRARY,), version)
 
 
 def console() -> None:
     """Run the command line."""
     os.environ |= SAFE_PATH  # of all processes that libraries start
+    for file, library in SETTINGS.items():
+        if os.path.lexists(file):
+            with chdir(Path(__file__).parent):
+                import_module(library)
     run(PROGRAM)
 
 

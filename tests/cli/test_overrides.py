@@ -77,6 +77,10 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
         (["train", "model={features: [1]}"], "model.features: must be a text"),
         (["simulate", "-m", "system=a", "logs=b", "hydra.sweeper._target_=x"], "hydra: Invalid plugin 'x'"),
         (["simulate", "-m", "system=a", "logs=b", "hydra.launcher=5"], "check the keys hydra.<...>"),
+        (["init", "logs=a", "hydra.verbose={a: 1}"], "check the keys hydra.<...> of the command"),
+        (["simulate", "~out", "system=a", "logs=b"], "out: can be neither removed nor changed so"),
+        (["plan", "system=a", "hydra.mode=XYZ"], "hydra.mode=XYZ: Invalid value 'XYZ', expected one of [RUN"),
+        (["export", "system=a", "hydra.job.chdir=[1]"], "hydra.job.chdir=[1]: "),
     ],
 )
 def test_what_is_no_mapping_and_no_plug_in_is_refused(

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.commands import ROOT, python
-from unmodelled.__main__ import PROGRAM
+from unmodelled.__main__ import PROGRAM, SETTINGS
 
 #: A program as `pip` installs it, which calls several verbs.
 SCRIPT = """
 import json, sys
-from unmodelled.__main__ import PROGRAM
+from unmodelled.__main__ import PROGRAM, SETTINGS
 from unmodelled.cli.command_line import main
 
 if __name__ == "__main__":
@@ -80,3 +80,33 @@ def test_no_sweep_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     done = python(script, *words, cwd=here, **more)
     assert done.returncode == 2 and "Done   2 out of   2" in done.stderr, done.stderr
     assert not (here / "executed").exists(), (here / "executed").read_text()
+
+
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe\x00", b"backend: module://antigravity\nsvg.image_inline: False\n"]
+)
+def test_no_verb_reads_settings_of_the_working_folder(tmp_path: Path, content: bytes) -> None:
+    """Matplotlib and numba read such files while they are imported."""
+    recorded(tmp_path)
+    (here := tmp_path / "here").mkdir()
+    for name in SETTINGS:
+        (here / name).write_bytes(content)
+    (script := tmp_path / "program.py").write_text("from unmodelled.__main__ import console\nconsole()\n")
+    told = (
+        python(script, verb, *words, cwd=here) for verb, words in ((v, MORE[v]) for v in ("next", "compare"))
+    )
+    assert [(done.returncode, done.stderr.count("\n")) for done in told] == [(2, 1)] * 2
+
+
+def test_figures_do_not_depend_on_settings_of_the_working_folder(tmp_path: Path) -> None:
+    draw = (
+        "from unmodelled.report.figures import style as s\n"
+        "with s.verbatim(), s.style():\n"
+        "    f = s.new_figure(2.0)\n"
+        "    f.subplots().set_title('$a_1$')\n"
+        "print(s.svg(f).decode())\n"
+    )
+    plain = python("-c", draw, cwd=tmp_path)
+    odd = "text.usetex: True\nsvg.fonttype: path\nlines.linewidth: 9\naxes.facecolor: red\n"
+    (tmp_path / "matplotlibrc").write_text(odd)
+    assert "$a_1$" in plain.stdout and python("-c", draw, cwd=tmp_path).stdout == plain.stdout

@@ -169,10 +169,11 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
         place = error.filename or "the working folder was removed, change to another one"
         return refuse(BadInput(f"{place}: {error.strerror}"))
     except Exception as error:
-        # what Hydra makes of its own keys; a verb's own exception comes home in hydra.core.utils
-        if not raised_in(error).startswith("hydra.") or raised_in(error) == "hydra.core.utils":
+        # what Hydra makes of its own keys; a verb's own exception comes home in `return_value` of a job
+        if not (place := raised_in(error)).startswith("hydra.") or place.endswith(".return_value"):
             raise
-        return refuse(BadInput(f"hydra: {error}: check the keys hydra.<...> of the command"))
+        told = str(error) or type(error).__name__
+        return refuse(BadInput(f"hydra: {told}: check the keys hydra.<...> of the command"))
     folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
     if _sweeps(rest) and Path(folder).is_dir() and mode() != "quiet":
         print(f"wrote {folder}; compare its runs: {program.name} compare {folder}", file=sys.stderr)

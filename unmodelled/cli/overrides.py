@@ -118,7 +118,9 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
         near = nearest(choice, error.options)
         meant = f"; did you mean {near!r}?" if near else "."
         return f"{group}={choice}: there is no such choice{meant} Choices: {', '.join(error.options)}"
-    if found := re.match(r"Could not (?:override|delete from config\.) '([^']+)'", text):
+    if found := re.match(
+        r"(?:Could not (?:override|delete from config\.) '|Error merging override ~)([^'=]+)", text
+    ):
         keys = _keys(program, verb, [word for word in words if program.is_choice(word)])
         if found[1] in keys:
             named = "|".join(program.choices(verb).get(found[1], ["..."]))
@@ -127,6 +129,9 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
     if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*?)' 1\. ", text):
         place = f"{found[1]}: commas separate the runs of a sweep (-m)"
         return f"{place}; as a text write {quoted(found[1], found[2])}"
+    cause = error.__cause__ or error.__context__
+    if (found := re.match(r"Error merging override (.*)", text)) and cause is not None:
+        return f"{found[1]}: {str(cause).splitlines()[0]}: check the key and its value"
     return text.partition(" See https://hydra.cc")[0]
 
 

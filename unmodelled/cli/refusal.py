@@ -24,8 +24,9 @@ def refuse(error: BadInput) -> int:
 
 
 def raised_in(error: BaseException) -> str:
-    """Return the name of the module in which an exception was raised."""
+    """Return the module and the function in which an exception was raised, as a dotted name."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
-    return str(trace.tb_frame.f_globals["__name__"]) if trace is not None else ""
+    frame = None if trace is None else trace.tb_frame
+    return "" if frame is None else f"{frame.f_globals['__name__']}.{frame.f_code.co_qualname}"

@@ -32,7 +32,15 @@ _COORDINATES, _DIGITS = re.compile(r'(?<= )(?:d|x|y)="[^"]*"'), re.compile(r"(\.
 
 WIDTH = 10.0  # in, the text width of a page
 
-_RC: dict[str, object] = {
+#: Settings with which text stays unchanged.
+_VERBATIM: dict[str, object] = {"text.parse_math": False, "svg.fonttype": "none"}
+#: Matplotlib's own values of what a `matplotlibrc` sets, which it reads in the working folder, too.
+_RESET: dict[str, object] = {
+    name: value
+    for name, value in mpl.rcParamsDefault.items()
+    if name not in ("backend", *_VERBATIM) and mpl.rcParams[name] != value
+}
+_RC: dict[str, object] = _RESET | {
     "font.family": "DejaVu Sans",
     "font.size": 10.0,
     "axes.titlesize": 10.0,
@@ -77,7 +85,7 @@ def verbatim() -> Iterator[None]:
     Figures that are drawn and saved in this context cannot have formulas or the default labels of logarithmic
     axes. Their letters are text, which takes half the room of letters as outlines.
     """
-    with mpl.rc_context({"text.parse_math": False, "svg.fonttype": "none"}):
+    with mpl.rc_context(_VERBATIM):  # type: ignore[arg-type]
         yield
 
 
