@@ -136,11 +136,11 @@ def _part(
 ) -> Part | None:
     """The part of the chain that alone explains most of what the laws leave, where that matters.
 
-    Where something is left and there is no law, the part must explain nearly all of it.
+    Where something else is left, the part must explain nearly all of it.
     """
     last, laws = found.final, [law.speaker.added.key for law in found.laws]
     without = Leaving.of("", last_fits(last, system, laws, ()), every) if laws and chain else physics
-    least = NEARLY_ALL if found.verdict == "unknown" else MOST
+    least = MOST if found.verdict in ("effect", "no_gap") else NEARLY_ALL
     if not chain or not without.matters or without.gone(chained) < least:
         return None
     alone = [_Alone.of(key, list(last_fits(last, system, laws, [key], [key])), every) for key in chain]
