@@ -52,7 +52,7 @@ def judged(
         models = models_of(found, used, every)
     #    A gap that matters over long windows only, and that nothing explains, is none over the horizon.
     if models.part is not None and not found.laws:
-        found = replace(found, verdict="effect" if found.verdict == "no_gap" else "main_effect", alike=None)
+        found = replace(found, verdict="effect")
     elif found.verdict == "unknown" and not models.augmented.matters:
         found = replace(found, verdict="no_gap")
     study = replace(begun.study, system=used)

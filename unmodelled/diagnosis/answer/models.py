@@ -16,7 +16,7 @@ from unmodelled.diagnosis.doubts.confidence import MOST
 from unmodelled.diagnosis.fitting.judged_models import known_model
 from unmodelled.diagnosis.judge.base import MATTERS, NOISES
 from unmodelled.diagnosis.judge.chain import Key
-from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, NEAR_SQUARE, NEARLY_ALL
+from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, NEAR_SQUARE
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
@@ -136,17 +136,18 @@ def _part(
 ) -> Part | None:
     """The part of the chain that alone explains most of what the laws leave, where that matters.
 
-    Where something else is left, the part must explain nearly all of it.
+    Where something else is left there is none: a delay would stand in for it.
     """
     last, laws = found.final, [law.speaker.added.key for law in found.laws]
-    without = Leaving.of("", last_fits(last, system, laws, ()), every) if laws and chain else physics
-    least = MOST if found.verdict in ("effect", "no_gap") else NEARLY_ALL
-    if not chain or not without.matters or without.gone(chained) < least:
+    if not chain or found.verdict not in ("effect", "no_gap"):
+        return None
+    without = Leaving.of("", last_fits(last, system, laws, ()), every) if laws else physics
+    if not without.matters or without.gone(chained) < MOST:
         return None
     alone = [_Alone.of(key, list(last_fits(last, system, laws, [key], [key])), every) for key in chain]
     best = min(alone, key=lambda one: one.square)
     explains = without.gone(best.leaving)
-    if explains < least:
+    if explains < MOST:
         return None
     weights = best.varying.around.weights
     beside = {one: Linearised.of(one.varying.fitted, one.varying.tau, weights) for one in alone}
