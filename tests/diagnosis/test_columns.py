@@ -107,7 +107,7 @@ def base(rubbing: Study) -> FittedHypothesis:
 
 @pytest.fixture(scope="module")
 def network(base: FittedHypothesis) -> FittedHypothesis:
-    return fit_network(base, 3)
+    return fit_network(base, 3, base.hypothesis.system.port_names)
 
 
 def test_it_explains_what_the_physics_leaves_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
@@ -132,10 +132,10 @@ def test_its_law_is_that_of_the_friction(network: FittedHypothesis, rubbing: Stu
 
 
 def test_the_same_seed_gives_the_same_network(base: FittedHypothesis, network: FittedHypothesis) -> None:
-    again = fit_network(base, 3)
+    again = fit_network(base, 3, base.hypothesis.system.port_names)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
-    other = with_networks(base.hypothesis, 4)
+    other = with_networks(base.hypothesis, 4, base.hypothesis.system.port_names)
     assert other.effects[0].regressors != network.hypothesis.effects[0].regressors
 
 
@@ -144,13 +144,13 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
     known = study(tmp_path, Bench(friction=0.0, samples=400))
     recording = known.recording.thinned(16)
     base = FittedHypothesis.of(Hypothesis.known(known), recording)
-    with_it = judged_model("neural", fit_network(base, 0))
+    with_it = judged_model("neural", fit_network(base, 0, base.hypothesis.system.port_names))
     assert with_it.gap.value < 1.05 * judged_model("re-identified", base).gap.value
 
 
 def test_nothing_at_level_zero_in_every_port(tmp_path: Path) -> None:
     two = study(tmp_path, Bench(samples=200), *HUB)
-    hypothesis = with_networks(Hypothesis.known(two), 0)
+    hypothesis = with_networks(Hypothesis.known(two), 0, two.system.port_names)
     assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
     weights = [u for u in hypothesis.unknowns if u.name.startswith("network")]
     assert len(weights) == 2 * (HIDDEN + len(AT_REST))

@@ -57,12 +57,12 @@ def judged(
         found = replace(found, verdict="no_gap")
     study = replace(begun.study, system=used)
 
-    # 5. A network in every port of the known physics is the reference where something is left.
+    # 5. A network in every port of the known physics is the reference where something is left. In two ports
+    #    it can do what one between them does.
     if found.verdict in ("main_effect", "unknown"):
         progress("fit a network in every port")
-        models = replace(
-            models, neural=_network(fit_network(found.looks[0].parent.base.physics, given.seed), every)
-        )
+        network = fit_network(found.looks[0].parent.base.physics, given.seed, system.port_names)
+        models = replace(models, neural=_network(network, every))
     between = tuple(name for name in study.system.port_names if name not in system.port_names)
     return assembled(Answered(study, found, models, between), tuple(faults))
 

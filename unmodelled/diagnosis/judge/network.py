@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -33,11 +34,11 @@ STEEPNESS = 0.5, 30.0
 AT_REST = 3.0, 10.0, 30.0
 
 
-def fit_network(base: FittedHypothesis, seed: int) -> FittedHypothesis:
-    """Fit a network in every port of a fitted model, beside its effects; a system without ports has none."""
-    if not base.hypothesis.system.ports:
+def fit_network(base: FittedHypothesis, seed: int, ports: Collection[str]) -> FittedHypothesis:
+    """Fit a network in some ports of a fitted model, beside its effects; without ports there is none."""
+    if not ports:
         return base
-    first, around = with_networks(base.hypothesis, seed), Linearised.of(base, 1.0)
+    first, around = with_networks(base.hypothesis, seed, ports), Linearised.of(base, 1.0)
     networks = first.effects[len(base.hypothesis.effects) :]
     units = np.concatenate([around.columns.of_regressors(network) for network in networks], axis=3)
     products = around.reduced(around.products(units))[around.sigma].products
@@ -55,14 +56,16 @@ def _evidence(products: Array, prior: float, samples: float) -> float:
     return -0.5 * samples * float(np.log(max(left, 1e-12 * square))) - price
 
 
-def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
-    """Return a hypothesis with a network in every port.
+def with_networks(base: Hypothesis, seed: int, ports: Collection[str]) -> Hypothesis:
+    """Return a hypothesis with a network in some ports.
 
     The network's inputs are position (and sine and cosine of an angle), velocity and inputs. The hidden layer
     is random and only the output layer is fitted (a random-feature network), so that its fit has no local
     minima and the same seed gives the same network.
     """
     for number, port in enumerate(base.system.ports):
+        if port.name not in ports:
+            continue
         added = _network(base.system, port, base.study.scales, np.random.default_rng([seed, 1, number]))
         base = Hypothesis(base.study, added.system, (*base.effects, added), base.laws)
     return base
