@@ -23,7 +23,7 @@ Named = tuple[list[LawClass], list[Look], Parent]
 def exchanged(
     looks: Sequence[Look], look: Look, first: LawClass, workers: int, say: Callable[[str], None]
 ) -> Named:
-    """The first class with further ones, or its plainest form with further ones where these explain more.
+    """Return the first class with further ones, or its plainest form with them where that explains more.
 
     A flexible form of the first law takes a part of a second one.
     """

@@ -42,7 +42,7 @@ class Look:
 
 
 def look_at(base: Base, carried: Carried, workers: int) -> Look:
-    """Evidence of laws around a base, and around the better one that a law leads to, if there is one."""
+    """Return the evidence of laws around a base, and around the better one that a law leads to, if there is one."""
     while True:
         parent = Parent.of(base)
         rows = scan(parent.around)
@@ -55,7 +55,7 @@ def look_at(base: Base, carried: Carried, workers: int) -> Look:
 
 
 def together(looks: Sequence[Look], workers: int) -> list[Look]:
-    """Looks with the best laws of each fitted in all of them, and their evidence overall.
+    """Return looks with the best laws of each fitted in all of them, and their evidence overall.
 
     A law that cannot be fitted at a length is of size zero there. One that is among the best of no length
     has no overall evidence.
@@ -80,7 +80,7 @@ def together(looks: Sequence[Look], workers: int) -> list[Look]:
 
 
 def deciding(looks: Sequence[Look]) -> Look:
-    """The longest look at which the best law of those that stand anywhere stands."""
+    """Return the longest look at which the best law of those that stand anywhere stands."""
     standing = [
         (one.overall, k, one.row.key) for k, look in enumerate(looks) for one in look.refits if stands(one)
     ]
