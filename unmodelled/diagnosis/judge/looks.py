@@ -42,7 +42,7 @@ class Look:
 
 
 def look_at(base: Base, carried: Carried, workers: int) -> Look:
-    """Return the evidence of laws around a base, and around the better one that a law leads to, if there is one."""
+    """Return the evidence of laws around a base, or around the better one that a law leads to."""
     while True:
         parent = Parent.of(base)
         rows = scan(parent.around)
