@@ -308,6 +308,49 @@ def test_where_the_best_law_leaves_noise_no_form_that_leaves_more_is_like_it(rub
     assert found is not None and found.members == (best,)
 
 
+def test_the_plainest_form_of_a_class_is_of_its_kind_and_place(rubs: dict[str, Refit]) -> None:
+    flexible, plain, other = (
+        rubs[f"{name}@joint"] for name in ("stribeck_friction", "coulomb_friction", "viscous_friction")
+    )
+    found = LawClass((flexible, other, plain), np.array([0.5, 0.3, 0.2]))
+    assert found.plainest.members == (plain, flexible, other)
+    assert found.plainest.probabilities.tolist() == [0.2, 0.5, 0.3]
+    again = found.plainest
+    assert again.plainest is again
+    assert LawClass((flexible, other), np.ones(2)).plainest.speaker is flexible
+
+
+def test_a_flexible_law_gives_way_to_its_plainest_form_beside_a_further_one(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Evidence of all laws decides, and what the further law removes must be an effect."""
+    look = judged(folder / "friction", Bench()).look
+    first = best_class(look.refits)
+    assert first is not None
+    flexible = max(first.members, key=lambda one: one.row.atom.numbers)
+    assert flexible.row.atom.numbers > first.speaker.row.atom.numbers
+    swapped = LawClass(
+        (flexible, *(one for one in first.members if one is not flexible)), first.probabilities
+    )
+    final = look.parent.beside(flexible)
+    coloured = replace(final, residual=replace(final.residual, tau=np.array([50.0])))
+    for removed, nats, plainest in ((0.2, 1.0, True), (0.01, 1.0, False), (0.2, -1.0, False)):
+        law = LawClass((replace(flexible, removed=removed),), np.ones(1))
+
+        def named(
+            looks: object, look: object, one: LawClass, *more: object, law: LawClass = law
+        ) -> further.Named:
+            return [one, law] if one is not swapped else [one], [], coloured
+
+        def evidence(look: object, found: further.Named, nats: float = nats) -> float:
+            return nats if len(found[0]) > 1 else 0.0
+
+        monkeypatch.setattr(further, "_named", named)
+        monkeypatch.setattr(further, "_evidence", evidence)
+        laws, _, _ = further.exchanged([look], look, swapped, 1, QUIET)
+        assert (laws[0] is not swapped) == plainest
+
+
 def test_the_linear_step_finds_dry_friction(rubbing: Base) -> None:
     best = max(scan(Linearised.of(rubbing.fitted, rubbing.tau)), key=lambda row: row.nats)
     assert best.atom.effect.kind == "dry friction" and best.nats > 30.0
