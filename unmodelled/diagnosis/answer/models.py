@@ -16,13 +16,13 @@ from unmodelled.diagnosis.doubts.confidence import MOST
 from unmodelled.diagnosis.fitting.judged_models import known_model
 from unmodelled.diagnosis.judge.base import MATTERS, NOISES
 from unmodelled.diagnosis.judge.chain import Key
-from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, NEAR_SQUARE
+from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, leaves_as_little
 from unmodelled.diagnosis.judge.judgement import Judgement
 from unmodelled.diagnosis.judge.last_fits import LastFit, last_fits, paying_chain, physics_fit
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.effects.added import Added
-from unmodelled.effects.effect import Effect, LawKind
+from unmodelled.effects.effect import LawKind
 from unmodelled.systems.model import System
 
 
@@ -155,13 +155,12 @@ def _part(
     each = probabilities(np.stack([LeftOutRuns.of(beside[one]).log_scores for one in near]))
     order = np.argsort(-each)
     added, *others = (near[k].added for k in order)
-    return Part(added, near[order[0]].law.kind, explains, tuple(others), each[order])
+    return Part(added, near[order[0]].kind, explains, tuple(others), each[order])
 
 
 def _alike(one: Linearised, best: Linearised) -> bool:
     """Whether a fit leaves about as much as the best one, weighted alike, from fitted starts."""
-    ratio = float(np.exp(np.log(one.squares / best.squares).mean(axis=1).max()))
-    return best.evidence - one.evidence <= NEAR_NATS or ratio <= NEAR_SQUARE
+    return best.evidence - one.evidence <= NEAR_NATS or leaves_as_little(one.squares, best.squares)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +168,7 @@ class _Alone:
     """The laws with one part of the chain alone."""
 
     added: Added
-    law: Effect  # of the library
+    kind: LawKind
     leaving: Leaving
     varying: LastFit  # with deviations of experiments, by which predictions are compared
 
@@ -178,7 +177,7 @@ class _Alone:
         hypothesis = fits[0].leaving
         pairs = zip(hypothesis.effects, hypothesis.laws, strict=True)
         added, law = next((e, law) for e, law in pairs if e.key == key)
-        return cls(added, law, Leaving.of("", fits, every), fits[0])
+        return cls(added, law.kind, Leaving.of("", fits, every), fits[0])
 
     @property
     def square(self) -> float:

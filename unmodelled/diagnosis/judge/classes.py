@@ -90,8 +90,13 @@ def best_class(
 
 def _leaves_as_little(one: Refit, best: Refit) -> bool:
     """Whether a law leaves about as much as the best; of new experiments, too, where that leaves noise."""
-    rows = np.log(one.square / best.square)[: 2 if best.residual.white else 1]
-    return bool(np.exp(rows.mean(axis=1).max()) <= NEAR_SQUARE)
+    rows = 2 if best.residual.white else 1
+    return leaves_as_little(one.square[:rows], best.square[:rows])
+
+
+def leaves_as_little(square: Array, best: Array) -> bool:
+    """Return whether squares (rows, outputs) are at most `NEAR_SQUARE` times the best ones, in every row."""
+    return bool(np.exp(np.log(square / best).mean(axis=1).max()) <= NEAR_SQUARE)
 
 
 def _is_form(one: Refit, best: Refit) -> bool:
