@@ -17,7 +17,8 @@ def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Diagnosed]:
     yield from diagnosing(tmp_path_factory.mktemp("laws"), alone=False, ids=IDS)
 
 
-@pytest.mark.parametrize("name", [KINDS[0], *(pytest.param(n, marks=pytest.mark.long) for n in KINDS[1:])])
+@pytest.mark.long
+@pytest.mark.parametrize("name", KINDS)
 def test_a_law_of_every_kind_is_found_among_all_others(name: str, diagnosed: Diagnosed) -> None:
     folder = diagnosed(name)
     content = check_answer(folder)
