@@ -52,3 +52,11 @@ def test_a_window_without_samples_counts_for_nothing() -> None:
     assert log_densities(*more, np.ones(2)).sum() == pytest.approx(
         log_densities(found, each, np.ones(2)).sum()
     )
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_output_that_no_window_has_changes_no_other() -> None:
+    squares, samples = np.array([[1.0, 0.0], [4.0, 0.0]]), np.array([[2.0, 0.0], [2.0, 0.0]])
+    both = scale(squares, samples)
+    assert both[0] == scale(squares[:, :1], samples[:, :1])[0]
+    assert np.all(np.isfinite(log_densities(squares, samples, both)))

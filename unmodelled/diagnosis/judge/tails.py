@@ -21,8 +21,9 @@ def scale(squares: Array, samples: Array) -> Array:
 
     Iterations of PX-EM (Liu, Rubin and Wu 1998) from the median.
     """
-    each = np.where(samples > 0.0, squares / np.maximum(samples, 1e-300), np.nan)
-    found = np.maximum(np.nan_to_num(np.nanmedian(each, axis=0)), 1e-300)
+    silent = ~np.any(samples > 0.0, axis=0)  # outputs that no window has
+    each = np.where((samples > 0.0) | silent, squares / np.maximum(samples, 1e-300), np.nan)
+    found = np.maximum(np.nanmedian(each, axis=0), 1e-300)
     for _ in range(ITERATIONS):
         w = shares(squares, samples, found)
         found = np.maximum((w * squares).sum(axis=0) / np.maximum((w * samples).sum(axis=0), 1e-300), 1e-300)
