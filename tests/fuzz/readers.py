@@ -132,7 +132,7 @@ def recorder_cases(folder: Path) -> dict[str, Case]:
         return read_logs(place / "drafts", read_system(place / "drafts" / "system.yaml"))
 
     found = {"mapping": read, "init": Case.of(raw, (), drafted, whole=finite)}
-    for name in ("mat", "mcap", "bag_1", "mdf", "ulog"):
+    for name in ("mat", "mcap", "bag_1", "mdf", "ulog", "dataflash", "tdms", "wpilog"):
         recorder, place = RECORDERS[name], folder / name
         place.mkdir()
         recorder.write(place / recorder.file)

@@ -10,7 +10,7 @@ from tests.fuzz.inputs import Case, complaint, draws, edited
 NAMES = [
     *("system", "table", "events", "logs", "parquet", "hdf5", "store", "observations", "sweep"),
     *("diagnosis", "judged", "truth", "refit", "bounce", "archive", "recording", "linear", "hybrid", "fit"),
-    *("lstm", "mapping", "init", "mat", "mcap", "bag_1", "mdf", "ulog"),
+    *("lstm", "mapping", "init", "mat", "mcap", "bag_1", "mdf", "ulog", "dataflash", "tdms", "wpilog"),
     *("xl330", "so101", "ur10e_joint", "cascaded_tanks"),
 ]
 

@@ -14,9 +14,12 @@ import pyarrow.parquet as pq
 from asammdf import MDF, Signal
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as RosWriter
+from nptdms import ChannelObject, TdmsWriter
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
+from wpiutil import DataLogWriter
+from wpiutil.log import DoubleArrayLogEntry, DoubleLogEntry
 
 from tests.measurements.systems import run
 from unmodelled.base.errors import Faults
@@ -194,6 +197,56 @@ def long(path: Path) -> Path:
     return path
 
 
+def dataflash(path: Path) -> Path:
+    """A binary log by the documentation of ArduPilot, whose library only reads."""
+
+    def message(kind: int, form: str, *values: object) -> bytes:
+        return b"\xa3\x95" + struct.pack(f"<B{form}", kind, *values)
+
+    def defined(kind: int, name: str, types: str, form: str, columns: str) -> bytes:
+        size = 3 + struct.calcsize(f"<{form}")
+        texts = (name.encode(), types.encode(), columns.encode())
+        return message(128, "BB4s16s64s", kind, size, *texts)
+
+    parts = [
+        defined(128, "FMT", "BBnNZ", "BB4s16s64s", "Type,Length,Name,Format,Columns"),
+        defined(129, "UNIT", "QbZ", "Qb64s", "TimeUS,Id,Label"),
+        defined(131, "MULT", "Qbd", "Qbd", "TimeUS,Id,Mult"),
+        defined(132, "FMTU", "QBNN", "QB16s16s", "TimeUS,FmtType,UnitIds,MultIds"),
+        defined(133, "ARM", "QBff", "QBff", "TimeUS,I,Rest,Position"),
+        defined(134, "MOT", "Qfc", "Qfh", "TimeUS,Volt,Temp"),
+        *(message(129, "Qb64s", 0, ord(k), v) for k, v in (("s", b"s"), ("v", b"V"), ("#", b"instance"))),
+        message(131, "Qbd", 0, ord("F"), 1e-6),
+        message(132, "QB16s16s", 0, 133, b"s#--", b"F---"),
+        message(132, "QB16s16s", 0, 134, b"sv-", b"F--"),
+    ]
+    for t, angle, voltage in zip((T * 1e6).round().astype(int).tolist(), ANGLE, VOLTAGE, strict=True):
+        parts += [message(133, "QBff", t, 0, 0.0, angle), message(133, "QBff", t, 1, 0.5, 0.5)]
+        parts.append(message(134, "Qfh", t, voltage, 3150))
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+def tdms(path: Path) -> Path:
+    wave = {"wf_start_time": np.datetime64("2026-03-01T12:00:00"), "wf_increment": T[1] - T[0]}
+    wave["wf_start_offset"] = 0.0
+    with TdmsWriter(path) as file:
+        own = [("angle", np.rad2deg(ANGLE), "deg"), ("voltage", VOLTAGE, "V")]
+        file.write_segment([ChannelObject("arm", n, v, {**wave, "unit_string": unit}) for n, v, unit in own])
+        file.write_segment([ChannelObject("notes", "who", ["a", "b"])])
+    return path
+
+
+def wpilog(path: Path) -> Path:
+    log = DataLogWriter(str(path))
+    position, voltage = DoubleArrayLogEntry(log, "/arm/position"), DoubleLogEntry(log, "/arm/voltage")
+    for t, angle, u in zip((T * 1e6).round().astype(int).tolist(), ANGLE.tolist(), VOLTAGE, strict=True):
+        position.append([0.0, angle], t + 1)  # a stamp of zero is the time of writing
+        voltage.append(float(u), t + 1)
+    log.stop()
+    return path
+
+
 @dataclass(frozen=True)
 class Recorder:
     """A format: the writer of a file, the name of the file, its columns, and its time if it has no clock."""
@@ -219,5 +272,8 @@ RECORDERS = {
     "bag_2": Recorder(bag_2, "a", "/arm.data", "/drive.data"),
     "messages": Recorder(messages, "a.log", "ARM.Position", "MOT.Volt"),
     "long": Recorder(long, "a.csv", "sensor.knee.state", "drive.state"),
+    "dataflash": Recorder(dataflash, "a.bin", "ARM.Position", "MOT.Volt"),
+    "tdms": Recorder(tdms, "a.tdms", "arm.angle", "arm.voltage"),
+    "wpilog": Recorder(wpilog, "a.wpilog", "/arm/position.value[1]", "/arm/voltage.value"),
     "ulog": Recorder(ulog, "a.ulg", "arm.position[1]", "arm.voltage"),
 }

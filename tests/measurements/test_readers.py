@@ -36,7 +36,7 @@ def with_mapping(folder: Path, name: str, time: str | None = None) -> Path:
 def test_every_format_gives_the_same_logs(tmp_path: Path, name: str) -> None:
     logs = read_logs(with_mapping(tmp_path, name), motor())
     assert logs.ids == ("a",) and logs.period == pytest.approx(0.002, rel=1e-6)
-    single = 1e-7 if name == "ulog" else 1e-12
+    single = 1e-7 if name in ("ulog", "dataflash") else 1e-12
     np.testing.assert_allclose(logs.y[:, 0], ANGLE, atol=single)
     expected = ANGLE if RECORDERS[name].voltage.endswith("position[1]") else VOLTAGE
     np.testing.assert_allclose(logs.u[:, 0], expected, atol=10 * single)
@@ -94,6 +94,9 @@ def test_damaged_files_are_one_line(tmp_path: Path, name: str) -> None:
         ("mcap", "mcap.reader", "mcap mcap-ros2-support"),
         ("bag_1", "rosbags.highlevel", "rosbags"),
         ("ulog", "pyulog", "pyulog"),
+        ("dataflash", "pymavlink.DFReader", "pymavlink"),
+        ("tdms", "nptdms", "npTDMS"),
+        ("wpilog", "wpiutil.log", "robotpy-wpiutil"),
     ],
 )
 def test_a_library_that_is_missing_is_named_with_the_command(
@@ -182,3 +185,9 @@ def test_csv_of_pandas_with_an_index(tmp_path: Path) -> None:
     pd.DataFrame(recorders.LOG).to_csv(tmp_path / "a.csv")
     (table,) = tables(tmp_path / "a.csv")
     assert list(table.columns) == ["1", "t", "angle", "speed", "voltage"]
+
+
+def test_an_index_beside_a_file_is_not_trusted(tmp_path: Path) -> None:
+    path = recorded(tmp_path, "tdms")
+    path.with_suffix(".tdms_index").write_bytes(b"TDSh" + path.read_bytes()[4:60])
+    assert len(tables(path)[0]) == len(T)

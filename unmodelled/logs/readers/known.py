@@ -16,6 +16,7 @@ from unmodelled.base.errors import BadInput, Faults, first_line
 from unmodelled.base.limits import check_file, limited_process
 from unmodelled.base.search import Search
 from unmodelled.base.workers import pool_of
+from unmodelled.logs.readers.dataflash import DataFlash
 from unmodelled.logs.readers.delimited import Delimited
 from unmodelled.logs.readers.hdf5 import Hdf5
 from unmodelled.logs.readers.json_records import JsonRecords
@@ -28,11 +29,14 @@ from unmodelled.logs.readers.npz import Npz
 from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
 from unmodelled.logs.readers.rosbag import RosBag
+from unmodelled.logs.readers.tdms import Tdms
 from unmodelled.logs.readers.ulog import ULog
+from unmodelled.logs.readers.wpilog import WpiLog
 from unmodelled.logs.recognition import Source
 
 #: Readers in the order in which they are asked; what is left is text.
-_FORMATS = (Parquet, Hdf5, Mat, Mdf, Mcap, Npz, RosBag, ULog, JsonRecords, Messages, Delimited)
+_RECORDERS = (Mdf, Mcap, RosBag, ULog, DataFlash, Tdms, WpiLog)
+_FORMATS = (Parquet, Hdf5, Mat, Npz, *_RECORDERS, JsonRecords, Messages, Delimited)
 READERS: tuple[Reader, ...] = tuple(kind() for kind in _FORMATS)
 #: Group of entry points by which other packages add readers; each names an object, not a class.
 GROUP = "unmodelled.readers"
