@@ -81,6 +81,9 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
         (["simulate", "~out", "system=a", "logs=b"], "out: can be neither removed nor changed so"),
         (["plan", "system=a", "hydra.mode=XYZ"], "hydra.mode=XYZ: Invalid value 'XYZ', expected one of [RUN"),
         (["export", "system=a", "hydra.job.chdir=[1]"], "hydra.job.chdir=[1]: "),
+        (["export", "system={a: 1}", "out=b.fmu"], "system: must be the path of a file or folder, got"),
+        (["simulate", "system=a", "logs=[b, c]", "out=d"], "logs: must be the path of a file or folder, got"),
+        (["next", "+answer.a=1", "limits=a", "out=b"], "answer: must be the path of a file or folder, got"),
     ],
 )
 def test_what_is_no_mapping_and_no_plug_in_is_refused(

@@ -22,6 +22,8 @@ from unmodelled.base.ownership import check_named, check_replaceable, mark, miss
 
 #: Bytes of results that are copied, at most: far more than an answer has; a sparse file can have any size.
 LARGEST = 1e9
+#: Files of results that are copied, at most: an answer has about thirty.
+MOST = 10_000
 #: Of Linux's renameat2: the working directory as the start of relative paths, and the exchange (linux/fs.h).
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 #: What a system or a file system says that cannot exchange two names.
@@ -87,10 +89,12 @@ def extending_folder(path: Path) -> Iterator[Path]:
 def copy_results(folder: Path, new: Path, but: Collection[str] = ()) -> None:
     """Copy the results below a folder, also of a stranger: no links, and no files whose name is in `but`."""
     size = 0
-    for name in results_in(folder):
+    for count, name in enumerate(results_in(folder), 1):
         source, copy = folder / name, new / name
         if source.name in but:
             continue
+        if count > MOST:
+            raise BadInput(f"{folder}: has too many results: up to {MOST} files are copied")
         size += source.lstat().st_size
         if size > LARGEST:
             raise BadInput(f"{source}: is too large: results of up to {LARGEST / 1e9:g} GB are copied")
