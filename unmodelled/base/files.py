@@ -7,8 +7,9 @@ import errno
 import json
 import math
 import os
+import re
 import shutil
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
@@ -44,6 +45,13 @@ def replacing(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def write_texts(texts: Mapping[Path, str]) -> None:
+    """Write texts by the paths of their files: all of them, or none if one cannot be written."""
+    with ExitStack() as stack:
+        for path, text in texts.items():
+            stack.enter_context(replacing(path)).write_text(text, encoding="utf-8", newline="")
 
 
 def claim(path: Path) -> None:
@@ -177,6 +185,8 @@ def _temporary(path: Path) -> Path:
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)
+    if several := re.search(r"\[Errno \d+\] (.*?)(: ['\"]|$)", reason):  # shutil lists every file of a folder
+        reason = several[1]
     own = (str(temporary), *map(str, path.parents), str(path))
     name = error.filename2 or error.filename  # of a copy, where to; shutil names its source first
     if name and not str(name).startswith(own[0]) and str(name) not in own:
