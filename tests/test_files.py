@@ -20,7 +20,15 @@ from pipeline.stages.acquire import acquire
 from tests.commands import ROOT, python
 from tests.conftest import files_of
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import copy_results, put_folder, read_json, replacing, replacing_folder, write_json
+from unmodelled.base.files import (
+    copy_results,
+    put_folder,
+    read_json,
+    replacing,
+    replacing_folder,
+    write_json,
+    write_texts,
+)
 from unmodelled.base.markers import MARKER, RECORD
 from unmodelled.base.parquet import write_parquet
 from unmodelled.learning.checkpoint import write_checkpoint
@@ -350,12 +358,46 @@ def test_results_of_a_stranger_are_copied_without_what_lies_elsewhere(tmp_path: 
     assert files_of(tmp_path / "copy") == {"tables/a.csv": b"1"}
 
 
+def test_of_files_that_belong_together_all_are_written_or_none(tmp_path: Path) -> None:
+    """The second of three is too large, and nothing keeps the program from trying again."""
+    import resource
+
+    out, texts = tmp_path / "draft", {"mapping.yaml": "a", "system.yaml": 20_000 * "b", "arm.xml": "c"}
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+    try:
+        with pytest.raises(BadInput, match=r"draft/system.yaml: cannot be written: File too large"):
+            write_texts({out / name: text for name, text in texts.items()})
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert files_of(tmp_path) == {}
+    write_texts({out / name: text for name, text in texts.items()})
+    assert {*files_of(out)} == {*texts}
+
+
 def test_a_copy_to_a_full_disk_names_the_result(tmp_path: Path) -> None:
     (tmp_path / "made_elsewhere").write_text(1000 * "x")
     full = "machine.fmu: cannot be written: No space left on device"
     with pytest.raises(BadInput, match=full), replacing(tmp_path / "machine.fmu") as temporary:
         temporary.symlink_to("/dev/full")
         shutil.copyfile(tmp_path / "made_elsewhere", temporary)
+
+
+def test_a_folder_that_is_copied_to_a_full_disk_is_one_line(tmp_path: Path) -> None:
+    """As the errors of shutil, which name every file of a folder."""
+    import resource
+
+    for name in ("gap", "time"):
+        (tmp_path / "made" / f"{name}.csv").parent.mkdir(exist_ok=True)
+        (tmp_path / "made" / f"{name}.csv").write_text(20_000 * "x")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+    try:
+        with pytest.raises(BadInput) as fault, replacing_folder(tmp_path / "answer") as new:
+            shutil.copytree(tmp_path / "made", new, dirs_exist_ok=True)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert str(fault.value) == f"{tmp_path}/answer: cannot be written: File too large"
 
 
 def test_a_sparse_file_among_results_is_refused_before_it_is_copied(tmp_path: Path) -> None:

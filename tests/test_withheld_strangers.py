@@ -201,19 +201,26 @@ def test_an_archive_brings_its_system_files_and_logs_alone(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("members", "said"),
     [
-        ({"logs__b.csv": b"0" * 201_000_000}, "has 4 files of 201 MB, at most 10000 of 200 MB are unpacked"),
-        ({f"logs__{k}": b"" for k in range(10_001)}, "has 10004 files"),
+        ({"logs__b.csv": b"0" * 201_000_000}, "has 4 files of 201 MB, at most 200 MB are unpacked"),
+        ({f"logs__{k}": b"" for k in range(10_001)}, "has 10004 files, at most 10000"),
+        ({f"x{k}.yaml": b"" for k in range(10_001)}, "has 10004 files, at most 10000"),
         ({"logs__a.csv__below": b"x"}, "cannot be unpacked"),
         ({f"logs__{'x' * 300}": b"x"}, "cannot be unpacked: File name too long"),
     ],
-    ids=["size", "files", "below a file", "long name"],
+    ids=["size", "files", "systems", "below a file", "long name"],
 )
 def test_an_archive_is_unpacked_within_limits(members: dict[str, bytes], said: str, tmp_path: Path) -> None:
     zipped(tmp_path / "given" / "swing.zip", **members)
-    (found,) = brought(tmp_path / "given", tmp_path / "cases")
     with pytest.raises(BadInput, match=said):
-        found.make()
+        brought(tmp_path / "given", tmp_path / "cases")[0].make()
     assert not any(p.is_file() for p in tmp_path.rglob("cases/**/*"))
+
+
+@pytest.mark.parametrize("name", ["..zip", "...zip"])
+def test_an_archive_has_a_name_for_its_folder(name: str, tmp_path: Path) -> None:
+    zipped(tmp_path / "given" / name)
+    with pytest.raises(BadInput, match=r"zip: must have a name"):
+        brought(tmp_path / "given", tmp_path / "cases")
 
 
 def test_what_is_known_of_an_archive_fits_into_memory(

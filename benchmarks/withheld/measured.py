@@ -73,6 +73,10 @@ def _archived(path: Path, folder: Path) -> Iterator[Case]:
     `small_x.yaml` has the logs `logs_small` where these exist.
     """
     archive, top = Archive(str(path), ""), PurePosixPath(path.stem)
+    if top.name in ("", ".."):
+        raise BadInput(f"{path}: must have a name, which its folder gets: rename it")
+    if len(archive.members) > MOST_FILES:  # each is compared with others, before anything is unpacked
+        raise BadInput(f"{path}: has {len(archive.members)} files, at most {MOST_FILES}: give fewer logs")
     members = [PurePosixPath(name) for name in archive.members]
     if top / "known.md" in members:
         yield from _at_top(archive, members, folder / path.stem)
@@ -106,11 +110,9 @@ def _unpack(archive: Archive, folder: Path) -> None:
     top = PurePosixPath(folder.name)
     files = {PurePosixPath(name).relative_to(top): name for name in archive.members if _is_below(name, top)}
     size = sum(map(archive.size, files.values()))
-    if len(files) > MOST_FILES or size > MOST_BYTES:
-        raise BadInput(
-            f"{archive.path}: has {len(files)} files of {size / 1e6:.0f} MB, at most {MOST_FILES} of "
-            f"{MOST_BYTES / 1e6:.0f} MB are unpacked: give fewer logs"
-        )
+    if size > MOST_BYTES:
+        most = f"at most {MOST_BYTES / 1e6:.0f} MB are unpacked: give fewer logs"
+        raise BadInput(f"{archive.path}: has {len(files)} files of {size / 1e6:.0f} MB, {most}")
     with TemporaryDirectory(dir=folder.parent) as temporary:
         whole = Path(temporary) / folder.name
         try:

@@ -1,5 +1,6 @@
 """A value on the command line is of the kind that its config file has."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,9 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
         (["simulate", "~out", "system=a", "logs=b"], "out: can be neither removed nor changed so"),
         (["plan", "system=a", "hydra.mode=XYZ"], "hydra.mode=XYZ: Invalid value 'XYZ', expected one of [RUN"),
         (["export", "system=a", "hydra.job.chdir=[1]"], "hydra.job.chdir=[1]: "),
+        (["export", "system={a: 1}", "out=b.fmu"], "system: must be the path of a file or folder, got"),
+        (["simulate", "system=a", "logs=[b, c]", "out=d"], "logs: must be the path of a file or folder, got"),
+        (["next", "+answer.a=1", "limits=a", "out=b"], "answer: must be the path of a file or folder, got"),
     ],
 )
 def test_what_is_no_mapping_and_no_plug_in_is_refused(
@@ -99,6 +103,29 @@ def test_a_working_folder_that_was_removed_is_named(
     gone.rmdir()
     assert exit_code("simulate", "system=/a", "logs=/b", "out=/tmp/c") == 2
     assert "the working folder was removed, change to another one" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["simulate", "diagnose", "next"])
+def test_a_folder_that_nobody_may_enter_is_one_line(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As after chmod 000, which does not hold for root."""
+    (locked := tmp_path / "locked").mkdir()
+    seen = Path.stat
+
+    def stat(path: Path, *, follow_symlinks: bool = True) -> os.stat_result:
+        if locked in path.parents:
+            raise PermissionError(13, "Permission denied", str(path))
+        return seen(path, follow_symlinks=follow_symlinks)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    keys = {"next": (f"answer={locked}", "limits=none")}.get(
+        verb, ("system=systems/pendulum.yaml", f"logs={locked}")
+    )
+    assert exit_code(verb, *keys, f"out={tmp_path}/out") == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: {locked}/") and "Permission denied: check its permissions" in said
+    assert said.count("\n") == 1 and not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

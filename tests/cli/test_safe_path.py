@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.commands import ROOT, python
+from tests.conftest import files_of
 from unmodelled.__main__ import PROGRAM, SETTINGS
 
 #: A program as `pip` installs it, which calls several verbs.
@@ -41,14 +42,36 @@ MORE = {
     "compare": ("runs=..", "out=../table"),
     "report": ("answers=..", "out=../page"),
 }
+#: Modules that Python or a tool imports if it finds them, and one of a library.
+HOOKS = ("sitecustomize", "usercustomize", "conftest", "setup", "numpy")
+#: Files that tools read from the folder in which they are started; none of them is read.
+EVIL = "_target_: conftest.main\nhydra: {run: {dir: ran}}\n"
+LEFT = {
+    **{
+        f"{place}{name}.yaml": EVIL
+        for place in ("", "conf/", ".hydra/")
+        for name in ("config", "init", "export")
+    },
+    "conf/hydra/launcher/joblib.yaml": EVIL,
+    ".env": "PYTHONSTARTUP=conftest.py\nEXP_LAUNCHER=slurm\n",
+    "pyproject.toml": "\0",
+    "pyvenv.cfg": "home = /nowhere\n",
+    "__pycache__/conftest.cpython-311.pyc": "\0",
+}
 
 
 def hostile(folder: Path) -> Path:
     """A folder with a module of every name of the standard library, which says that it was executed."""
     folder.mkdir()
     told = f"open({str(folder / 'executed')!r}, 'a').write(__name__ + ' ')\nraise ImportError(__name__)\n"
-    for name in {*sys.stdlib_module_names, "sitecustomize", "numpy", "hydra_plugins"}:
+    packages = ("hydra_plugins/evil", "unmodelled", "numba", "torch")
+    for name in {*sys.stdlib_module_names, *HOOKS, *(f"{package}/__init__" for package in packages)}:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / f"{name}.py").write_text(told)
+    (folder / "evil.pth").write_text("import " + HOOKS[0])
+    for name, content in LEFT.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content)
     return folder
 
 
@@ -62,6 +85,7 @@ def recorded(folder: Path) -> Path:
 def test_no_verb_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     assert {*MORE} == {*PROGRAM.verbs}
     here = hostile(recorded(tmp_path) / "here")
+    before = files_of(here)
     (script := tmp_path / "program.py").write_text(SCRIPT)
     commands = json.dumps([[verb, *words, "-q"] for verb, words in MORE.items()])
     done = python(script, commands, cwd=here, PYTHONPATH=str(ROOT), PYTHONSAFEPATH=None)
@@ -69,6 +93,7 @@ def test_no_verb_executes_a_file_of_the_working_folder(tmp_path: Path) -> None:
     assert codes.keys() == MORE.keys() and codes["init"] == codes["simulate"] == "0", done.stderr
     assert {*codes.values()} <= {"0", "2"} and "Traceback" not in done.stderr, done.stderr
     assert not (here / "executed").exists(), (here / "executed").read_text()
+    assert files_of(here) == before
 
 
 @pytest.mark.long

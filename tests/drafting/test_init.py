@@ -1,6 +1,7 @@
 """The verb init: what it recognises in logs of known machines, and that simulate accepts what it writes."""
 
 import json
+import time
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -497,6 +498,27 @@ def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"leg.xml: has 3 joints \(hip, knee, toe\), and 2 positions"):
         init(arm_logs(tmp_path / "raw", ("a1", "a2")), robot, None, out)
     assert not out.exists()
+
+
+def test_a_joint_whose_name_is_part_of_another_keeps_its_column(tmp_path: Path) -> None:
+    robot, out = leg(tmp_path), tmp_path / "draft"
+    robot.write_text(robot.read_text().replace("hip", "arm").replace("knee", "forearm"))
+    init(arm_logs(tmp_path / "raw", ("arm", "forearm")), robot, None, out)
+    text = (out / "system.yaml").read_text()
+    assert "q_arm: {column: q1}  # pos_arm\n" in text and "q_forearm: {column: q2}  # pos_forearm\n" in text
+
+
+def test_a_long_chain_of_joints_is_drafted_without_its_equations(tmp_path: Path) -> None:
+    """Forty-eight joints in a row, whose equations take half a minute."""
+    robot, out, names = leg(tmp_path), tmp_path / "draft", [f"part{k}" for k in range(48)]
+    pose = '<joint name="{}" axis="0 1 0"/><inertial pos="0 0 .1" mass="1" diaginertia=".1 .1 .1"/>'
+    links = "".join(f'<body pos="0 0 .1">{pose.format(name)}' for name in names) + "</body>" * len(names)
+    robot.write_text(f"<mujoco><worldbody>{links}</worldbody></mujoco>")
+    raw, since = arm_logs(tmp_path / "raw", ("part0", "part47")), time.process_time()
+    init(raw, robot, None, out)
+    assert time.process_time() - since < 5.0
+    text = (out / "system.yaml").read_text()
+    assert "  q_part47: {column: q2}  # pos_part47\n" in text and "part46: 0}" in text
 
 
 def test_columns_of_other_joints_tell_a_drive(tmp_path: Path) -> None:

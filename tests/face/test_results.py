@@ -146,10 +146,10 @@ def test_an_answer_of_a_stranger_is_saved_without_what_its_links_show(
     answer.save(tmp_path / "theirs", pages=False)
     (tmp_path / "secrets").mkdir()
     (tmp_path / "secrets" / "key").write_text("secret")
-    (tmp_path / "theirs" / "key.csv").symlink_to(tmp_path / "secrets" / "key")
+    (tmp_path / "theirs" / "key\x1b[31m.csv").symlink_to(tmp_path / "secrets" / "key")
     (tmp_path / "theirs" / "figures").symlink_to(tmp_path / "secrets")
     notes = um.read_answer(tmp_path / "theirs").save(tmp_path / "mine", pages=False)
-    assert [note.split()[0] for note in notes] == ["figures", "key.csv"]
+    assert [note.split()[0] for note in notes] == ["figures", "key\\x1b[31m.csv"]
     assert {path.name for path in (tmp_path / "mine").iterdir()} == {*FILES, MARKER}
 
 

@@ -16,7 +16,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from unmodelled.api.named_effect import GapLocation, NamedEffect
-from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.errors import BadInput, closest, printable
 from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.markers import links_in
 from unmodelled.base.notebook import shown
@@ -278,7 +278,8 @@ class Answer:
             parts = {"figures": write_figures, PAGE: page} if shown else {}
             drawn = {name: write for name, write in parts.items() if not (new / name).exists()}
             notes = with_parts(new, self.content, drawn)["notes"]
-        left = (f"{name} is a link and was not copied: copy it by hand" for name in links_in(self.folder))
+        links = map(printable, links_in(self.folder))
+        left = (f"{name} is a link and was not copied: copy it by hand" for name in links)
         return *left, *notes[len(self.notes) :]
 
     def __repr__(self) -> str:

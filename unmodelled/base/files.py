@@ -7,8 +7,9 @@ import errno
 import json
 import math
 import os
+import re
 import shutil
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
@@ -22,6 +23,8 @@ from unmodelled.base.ownership import check_named, check_replaceable, mark, miss
 
 #: Bytes of results that are copied, at most: far more than an answer has; a sparse file can have any size.
 LARGEST = 1e9
+#: Files of results that are copied, at most: an answer has about thirty.
+MOST = 10_000
 #: Of Linux's renameat2: the working directory as the start of relative paths, and the exchange (linux/fs.h).
 _AT_FDCWD, _RENAME_EXCHANGE = -100, 2
 #: What a system or a file system says that cannot exchange two names.
@@ -42,6 +45,13 @@ def replacing(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink()
+
+
+def write_texts(texts: Mapping[Path, str]) -> None:
+    """Write texts by the paths of their files: all of them, or none if one cannot be written."""
+    with ExitStack() as stack:
+        for path, text in texts.items():
+            stack.enter_context(replacing(path)).write_text(text, encoding="utf-8", newline="")
 
 
 def claim(path: Path) -> None:
@@ -87,10 +97,12 @@ def extending_folder(path: Path) -> Iterator[Path]:
 def copy_results(folder: Path, new: Path, but: Collection[str] = ()) -> None:
     """Copy the results below a folder, also of a stranger: no links, and no files whose name is in `but`."""
     size = 0
-    for name in results_in(folder):
+    for count, name in enumerate(results_in(folder), 1):
         source, copy = folder / name, new / name
         if source.name in but:
             continue
+        if count > MOST:
+            raise BadInput(f"{folder}: has too many results: up to {MOST} files are copied")
         size += source.lstat().st_size
         if size > LARGEST:
             raise BadInput(f"{source}: is too large: results of up to {LARGEST / 1e9:g} GB are copied")
@@ -173,6 +185,8 @@ def _temporary(path: Path) -> Path:
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)
+    if several := re.search(r"\[Errno \d+\] (.*?)(: ['\"]|$)", reason):  # shutil lists every file of a folder
+        reason = several[1]
     own = (str(temporary), *map(str, path.parents), str(path))
     name = error.filename2 or error.filename  # of a copy, where to; shutil names its source first
     if name and not str(name).startswith(own[0]) and str(name) not in own:

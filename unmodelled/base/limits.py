@@ -46,7 +46,7 @@ def check_file(path: Path, factor: float = 1.0) -> None:
     except (OSError, ValueError):
         return
     kind = _KINDS.get(stat.S_IFMT(about.st_mode))
-    if kind is None and about.st_size == 0 and _of_kernel(path):
+    if kind is None and stat.S_ISREG(about.st_mode) and _of_kernel(path):
         kind = "made by the kernel"
     if kind:
         raise BadInput(f"{path}: is {kind}, not a regular file: copy what it gives into a file")

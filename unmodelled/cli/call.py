@@ -80,6 +80,8 @@ def _cause(error: InstantiationException) -> BaseException:
         cause = cause.__cause__
     if isinstance(cause, OSError) and cause.errno in FULL:
         return BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
+    if isinstance(cause, PermissionError) and cause.filename:  # of a folder that cannot be entered
+        return BadInput(f"{cause.filename}: {cause.strerror}: check its permissions and those of its folder")
     if isinstance(cause, MemoryError):
         return BadInput("the memory is used up: give fewer rows or experiments, or free some memory")
     if isinstance(cause, ModuleNotFoundError) and (line := missing(cause)):

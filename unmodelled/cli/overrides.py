@@ -51,6 +51,9 @@ def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     OmegaConf.resolve(config)
     check_overrides(config, program, kinds)
     given_paths = [name for name in path_arguments(given) if config.get(name) is not None]
+    for name in given_paths:
+        if OmegaConf.is_config(config[name]):
+            raise _wrong(name, "the path of a file or folder", config[name])
     found = {name: Path(str(config[name])) for name in given_paths}
     for name, path in found.items():
         check_name(name, path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +12,10 @@ from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint, with_goal
 from unmodelled.drafting.lines import numbered, one_line, quoted, word
 from unmodelled.drafting.units import si_unit
-from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
+from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.files import robot_text
+from unmodelled.systems.robot.sections import STILL, moving
 
 #: Bounds of the torque constant of a drive, N m/A.
 CONSTANTS = 0.001, 1000.0
@@ -30,13 +29,15 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     Joints of the robot are those of the logs by their names; where the names do not tell, in their order.
     Joints that do not move in the logs are locked.
     """
-    system = _system(robot, name)
-    joints = [output.name.removeprefix("q_") for output in system.outputs if output.name.startswith("q_")]
+    read = _read(robot)
+    joints, inputs = moving(read)
+    if not joints:
+        raise BadInput(f"{robot}: {STILL}")
     found = list(numbered(draft.joints))
-    shown = _following(system, found)
+    shown = _following(read, found)
     pairs = _pairs(joints, [one for one in found if one not in shown.values()], robot)
     order = [joint for joint in joints if joint in pairs]
-    drives = dict(zip(joints, (item.name for item in system.inputs), strict=False))
+    drives = dict(zip(joints, inputs, strict=False))
     by_name = "# Joints are those of the logs by their names."
     in_order = "# Question: joints are those of the logs in their order. Is it so?"
     named = all(joint in pairs[joint][1].position.signal.address for joint in order)
@@ -50,7 +51,7 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
         *(line for joint in shown for line in _outputs(joint, *shown[joint])),
     ]
     currents = [joint for joint in order if _is_current(pairs[joint][1])]
-    parameters = [*map(_constant, currents), *_gains(system, {drives[j] for j in order if j in drives})]
+    parameters = [*map(_constant, currents), *_gains(read, {drives[j] for j in order if j in drives})]
     lines += ["parameters:", *parameters] if parameters else []
     if currents:
         lines += ["signals:", *(f"  drive_{joint}: k_{joint}*i_{joint}" for joint in currents)]
@@ -63,40 +64,36 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
 
 def with_goals(draft: Draft, robot: Path) -> Draft:
     """Return a draft whose joints follow commanded positions, if the actuators of a robot file are servos."""
-    system = _system(robot, "robot")
-    assert system.robot is not None
-    servos = [actuator.is_servo for actuator in compiled(system.robot.text, system.robot.file).actuators]
+    servos = [actuator.is_servo for actuator in _read(robot).actuators]
     return replace(draft, joints=tuple(map(with_goal, draft.joints))) if any(servos) else draft
 
 
-def _system(robot: Path, name: str) -> System:
-    """The system that a robot file makes alone."""
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        (folder / robot.name).write_text(robot_text(robot), encoding="utf-8")
-        file = folder / "system.yaml"
-        file.write_text(
-            f"schema: system/1\nname: {word(name)}\nmodel: {quoted(robot.name)}\n", encoding="utf-8"
-        )
-        try:
-            return read_system(file)
-        except BadInput as error:
-            raise BadInput(str(error).replace(str(folder), str(robot.parent))) from None
+def _read(robot: Path) -> Robot:
+    """The robot of a file, without its equations, which take minutes for a long chain of joints."""
+    return compiled(robot_text(robot), str(robot))
 
 
-def _following(system: System, found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
+def _following(robot: Robot, found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
     """Number and signals of the logs by joint of the robot that follows another one."""
-    assert system.robot is not None
-    robot = compiled(system.robot.text, system.robot.file)
+    named = _named([joint.name for joint in robot.joints], found)
     names = [robot.joints[k].name for k in robot.following({})]
-    return {name: one for name in names for one in found if name in one[1].position.signal.address}
+    return {name: named[name] for name in names if name in named}
+
+
+def _named(joints: Sequence[str], found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
+    """Number and signals of the logs by the joint whose name is the longest in the name of the column."""
+    named = {}
+    for one in found:
+        if inside := [joint for joint in joints if joint in one[1].position.signal.address]:
+            named[max(inside, key=len)] = one
+    return named
 
 
 def _pairs(
     joints: Sequence[str], found: Sequence[tuple[str, Joint]], robot: Path
 ) -> dict[str, tuple[str, Joint]]:
     """Number and signals of the logs by joint of the robot."""
-    named = {joint: one for joint in joints for one in found if joint in one[1].position.signal.address}
+    named = _named(joints, found)
     if len(named) == len(found):
         return named
     if len(joints) == len(found):
@@ -135,11 +132,10 @@ def _unit(channel: Channel) -> str:
     return "" if si_unit(channel.unit) == channel.unit else f"unit: {quoted(channel.unit)}, "
 
 
-def _gains(system: System, drives: Set[str]) -> Iterator[str]:
+def _gains(robot: Robot, drives: Set[str]) -> Iterator[str]:
     """Gains of the position servos, which a simulation seldom has from the firmware."""
-    assert system.robot is not None
     asked = "  # Question: is it the gain of the firmware? Then remove this line."
-    for actuator in compiled(system.robot.text, system.robot.file).actuators:
+    for actuator in robot.actuators:
         if actuator.is_servo and actuator.kp and f"u_{actuator.name}" in drives:
             yield f"  {actuator.name}_kp: {_within(actuator.kp, 1.0 / GAINS)}{asked}"
             if actuator.kv:

@@ -191,8 +191,10 @@ def _text(path: Path, kind: str) -> str:
                 "move tables to CSV files"
             )
         raw = path.read_bytes()
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: cannot be read: {error}: check its permissions") from None
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
+    except ValueError as error:
+        raise BadInput(f"{path}: cannot be read: {error}: check the path") from None
     try:
         text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:

@@ -7,12 +7,13 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import sympy as sp
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing
+from unmodelled.base.files import write_texts
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import Constant, Event, Input, Output, Parameter, Port, State, System, symbol
 from unmodelled.systems.printing import printed
@@ -54,18 +55,16 @@ def write_system(system: System, path: Path | str) -> None:
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
     beside = f"{path.stem}_{Path(system.robot.file).name}" if system.robot is not None else ""
     text = _Text(system, scope_of(system)).document(files, beside)
-    for table in system.tables:
-        _write_table(table, path.with_name(files[table.name]))
+    texts = {path.with_name(files[table.name]): _table_text(table) for table in system.tables}
     if system.robot is not None:
-        with replacing(path.with_name(beside)) as temporary:
-            temporary.write_text(system.robot.text, encoding="utf-8")
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        texts[path.with_name(beside)] = system.robot.text
+    write_texts({**texts, path: text})
 
 
-def _write_table(table: Table, path: Path) -> None:
-    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as lines:
-        csv.writer(lines).writerows([("x", "y"), *zip(map(repr, table.x), map(repr, table.y), strict=True)])
+def _table_text(table: Table) -> str:
+    rows = [("x", "y"), *zip(map(repr, table.x), map(repr, table.y), strict=True)]
+    csv.writer(lines := StringIO()).writerows(rows)
+    return lines.getvalue()
 
 
 @dataclass(frozen=True)

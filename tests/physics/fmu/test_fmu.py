@@ -179,6 +179,7 @@ def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> No
             "the rate of h has no value at the start with G",
         ),
         ("rooted_tank.yaml", "{unit: m}}\ni", "{unit: m, initial: 0.6}}\ni", ""),
+        ("tank.yaml", "A: {value: ", "A: {value: -", "A = -0.5 m^2, and what stores is positive"),
         (
             "swing.yaml",
             "expression: rate",

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from unmodelled.base.errors import printable
-from unmodelled.base.files import replacing
+from unmodelled.base.files import write_texts
 from unmodelled.base.ownership import Out, verb
 from unmodelled.cli.overrides import quoted
 from unmodelled.drafting.first_files import first_files
@@ -38,9 +38,7 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
     """
     found = first_files(logs, robot, system, out)
     print(found.table)
-    for path, text in found.texts.items():
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+    write_texts(found.texts)
     print(printable(f"questions: {found.mapping} and {found.system}, behind 'Question'"))
     given = f"{_key('system', found.system)} {_key('logs', found.logs)}"
     print(printable(f"next: unmodelled simulate {given} out=simulation"))

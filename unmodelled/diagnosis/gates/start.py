@@ -21,8 +21,10 @@ from unmodelled.systems.units import parse_unit
 DRAWS, DECADES = 256, (-6.0, 9.0)
 #: Factors of a number, and values instead of zero, with which a fault that the number causes may be gone.
 FACTORS, INSTEAD = (-1.0, 0.1, 10.0), (1.0, -1.0)
-#: Units of what stores, which is positive.
-_STORING = {parse_unit(unit).dimension for unit in ("kg", "kg m^2", "F", "H", "J/K", "J/(kg K)")}
+#: Units of what stores (of a tank its area or volume), which is positive.
+_STORING = {
+    parse_unit(unit).dimension for unit in ("kg", "kg m^2", "m^2", "m^3", "F", "H", "J/K", "J/(kg K)")
+}
 
 
 def impossible_start(system: System) -> str:

@@ -27,6 +27,8 @@ from unmodelled.systems.units import parse_unit
 
 #: Keys of a system file that belong to its robot.
 KEYS = ("model", "locked", "identify")
+#: What is wrong with a robot that stands still.
+STILL = "no joint moves a mass, so that nothing moves: give a link a mass and an inertia"
 Entries = Mapping[str, Mapping[str, str]] | Mapping[str, str]
 
 
@@ -51,6 +53,17 @@ def with_robot(
     return _Sections(dict(sections), robot, locked, text, tuple(numbers)).read()
 
 
+def moving(robot: Robot) -> tuple[list[str], list[str]]:
+    """Return the joints that move by themselves, and the inputs that drive them, by name and in order.
+
+    These are the joints and inputs of a system file that names the robot and nothing else.
+    """
+    tree = Tree.of(robot, robot.resting({}))
+    drives = Drives(robot, tree, lambda element, quantity, value: repr(value))
+    used = {name for inputs in drives.used.values() for name in inputs}
+    return [robot.joints[k].name for k in tree.leaders], [name for name in drives.inputs if name in used]
+
+
 def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
     found, node = dict[int, float](), sections.get("locked")
     names = {name: k for k, joint in enumerate(robot.joints) for name in (joint.name, joint.written)}
@@ -61,8 +74,7 @@ def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
     if len(robot.resting(found)) == len(robot.joints):
         if node is not None:
             raise node.wrong("all joints are locked, so that nothing moves: leave one of them out")
-        words = "no joint moves a mass, so that nothing moves: give a link a mass and an inertia"
-        raise sections["model"].wrong(words)
+        raise sections["model"].wrong(STILL)
     return found
 
 
