@@ -63,7 +63,7 @@ def _clock(channel: Any, first: np.datetime64 | None) -> Clock:
 
 def _instants(clock: Clock) -> Array | None:
     count, first, increment = clock
-    return first + increment * np.arange(count) if increment else None
+    return np.asarray(first + increment * np.arange(count), np.float64) if increment else None
 
 
 def _table(name: str, clock: Clock, channels: Sequence[Any]) -> Table:
