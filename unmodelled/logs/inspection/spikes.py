@@ -61,7 +61,7 @@ def _spikes(run: Run) -> Iterator[tuple[Signal, Mask]]:
         if signal.unit.strip() == "rad":
             height = np.minimum(height, np.abs(height - TURN))
         tall = height > LEAST * run.spans[signal.column]
-        far, driven = _far(course, signal), _driven(run, signal)
+        far, driven = _far(course, signal), quick_at(run, signal)
         if signal.role == "position":  # of a servo that is logged rarely, quick where its goal jumps
             bad = tall & (height > HEIGHT * course.steps) & (far | ~driven)
         else:
@@ -126,7 +126,7 @@ def _short(mask: Mask) -> Mask:
     return np.asarray(mask & ~maximum_filter1d(long, 2 * LONGEST + 1).astype(np.bool_))
 
 
-def _driven(run: Run, signal: Signal) -> Mask:
+def quick_at(run: Run, signal: Signal) -> Mask:
     """Return the samples, shape (samples,), at which another channel that is an input jumps."""
     driven = np.zeros(len(run.t), np.bool_)
     for other in run.signals:
