@@ -133,6 +133,29 @@ def test_a_fault_of_some_runs_is_cured_alike_in_all(case: str, systems: dict[str
     assert np.abs(np.concatenate([logs.y - right.y, logs.u - right.u], axis=1)).max() <= error * (1.0 + 1e-9)
 
 
+#: Machine, fault of a channel, and its shares of the samples in four runs.
+TOO_MANY = {
+    "zeros in all runs": ("swing", "tacho", dropped, (0.3, 0.3, 0.3, 0.3)),
+    "zeros in one run": ("swing", "phi", dropped, (0.03, 0.15, 0.0, 0.03)),
+    "garbage in one run": ("screw", "s", spiked, (0.01, 0.2, 0.01, 0.0)),
+}
+
+
+@pytest.mark.parametrize("case", TOO_MANY)
+def test_spikes_that_are_too_many_in_one_run_stay_in_all(case: str, systems: dict[str, System]) -> None:
+    name, channel, spoil, shares = TOO_MANY[case]
+    frames = MACHINES[name].frames()
+    spoiled = dict(frames)
+    for run, share in zip(frames, shares, strict=True):
+        if share:
+            how = (channel, share) if spoil is dropped else (channel, 3.0, 1, share)
+            spoiled[run] = spoil({run: frames[run]}, *how)[run]
+    logs, (note,) = looked(systems[name], spoiled)
+    assert note.endswith("nothing was changed; leave that run out, or repair the sensor")
+    logged = np.concatenate([frame[channel] for frame in spoiled.values()])
+    assert np.array_equal(logs.y[:, logs.outputs.index(channel)], logged)
+
+
 def test_no_counter_is_unwrapped_whose_start_nobody_knows(systems: dict[str, System]) -> None:
     """A register of few levels is none; where a run begins in its range is unknown."""
     frames = coarse(SCREW.frames(), "force", 10.0)
