@@ -43,6 +43,21 @@ def drafted_days(
     return mapping, system, (logs / "system.yaml").read_text()
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_second_sensor_of_a_level_is_no_second_store(noise: float, tmp_path: Path) -> None:
+    def day(k: int) -> Mapping[str, Array]:
+        flow = drive(k, 0.0, 0.02)
+        level = filled(flow, 0.5, 0.02, 0.4)
+        second = 1e3 * level + 20.0 + 1e3 * noise * np.random.default_rng(k).standard_normal(N)
+        return {"seconds": T, "LIC7.PV": second, "LT7 [m]": level, "FT8 [L/s]": 1e3 * flow}
+
+    mapping, system, _ = drafted_days(tmp_path, day)
+    assert [s["column"] for s in mapping["signals"].values()] == ["LT7 [m]", "FT8 [L/s]"]
+    assert len(system.states) == 1
+    asked = "LIC7.PV is 1000 times LT7 [m] with an offset and noise, and is left out. Is it the same level?"
+    assert f"# Question: {asked}" in (tmp_path / "raw/mapping.yaml").read_text()
+
+
 def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
     def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 900.0)

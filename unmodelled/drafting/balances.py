@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.drafting.chains import copied
 from unmodelled.drafting.channels import BARS, DEGREES, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
@@ -105,11 +106,23 @@ def _of_kind(kind: Kind, experiments: Sequence[Sequence[Signal]]) -> list[Balanc
     if not levels:
         return []
     around = _around(levels) if kind.around and len(levels) > 1 else None
-    most = max(float(np.ptp(s.values)) for s in levels)
-    kept = [s for s in levels if s is not around and np.ptp(s.values) > STILL * most]
+    levels = _distinct(levels, around)
+    moves = [float(np.ptp(level_channel(s).si(s.values))) for s in levels]
+    kept = [s for s, m in zip(levels, moves, strict=True) if s is not around and m > STILL * max(moves)][
+        :MOST
+    ]
     if around is None and kind.around:
         around = next((s for s in levels if s not in kept), None)
-    return [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
+    return [_balance(kind, level, around, kept, experiments) for level in kept]
+
+
+def _distinct(levels: Sequence[Signal], around: Signal | None) -> list[Signal]:
+    """The levels without second sensors of one: surroundings stay, then those whose unit is known."""
+    found = list[Signal]()
+    for level in sorted(levels, key=lambda each: (each is not around, each.unit is None)):
+        if not any(copied(level, other) for other in found):
+            found.append(level)
+    return [level for level in levels if level in found]
 
 
 def _around(levels: Sequence[Signal]) -> Signal | None:
