@@ -19,6 +19,7 @@ REMARKS = {
     "zero": "may as well be zero",
     "common_factor": "wrong by a common factor",
     "undetermined": "not determined by these logs",
+    "guess": "in proportion to a guess of the system file",
 }
 #: Kinds of numbers whose interval does not tell their size.
 IMPLAUSIBLE = {"effort", "gain", "mass"}

@@ -77,7 +77,7 @@ def _rows(run: Run, stretches: Sequence[tuple[int, int]]) -> Mask:
 
 
 def stretches_of(values: Array) -> Iterator[tuple[int, int]]:
-    """Yield first samples of equal ones, and the samples after the last."""
+    """Yield first samples of equal ones, and the samples after the last, of values (samples,)."""
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0.0, [True]]))
     for start, end in pairwise(edges.tolist()):
         if end - start >= FEWEST:
