@@ -46,8 +46,8 @@ def without_own_laws(system: System) -> tuple[str, ...]:
     """Return a note on every port at which no law of its domain can act, or on a system without ports."""
     if not system.ports:
         return (
-            "the system file has no port: errors of drives, sensors and parameters were tried, no friction, spring "
-            "or loss; name the effort that may be missing in ports and in the dynamics, then diagnose again",
+            "the system file has no port: errors of drives, sensors and parameters were tried, no friction, "
+            "spring or loss; name the effort that may be missing in ports and in the dynamics, then diagnose again",
         )
     own = [effect for effect in effects() if isinstance(effect, PortEffect) and len(effect.domains) == 1]
     found = []
