@@ -47,7 +47,7 @@ def without_own_laws(system: System) -> tuple[str, ...]:
     if not system.ports:
         return (
             "the system file has no port: errors of drives, sensors and parameters were tried, no friction, "
-            "spring or loss; name the effort that may be missing in ports and in the dynamics, then diagnose again",
+            "spring or loss; name the effort that may be missing in ports and dynamics, then diagnose again",
         )
     own = [effect for effect in effects() if isinstance(effect, PortEffect) and len(effect.domains) == 1]
     found = []
