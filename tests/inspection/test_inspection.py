@@ -276,6 +276,21 @@ def test_a_command_that_saturates_and_a_stop_are_no_ends(name: str, systems: dic
         assert looked(systems[name], ended(frames, "s", 0.08, 0.0))[1] == []
 
 
+def test_runs_are_cut_at_short_peaks_beyond_the_range_of_an_input(tmp_path: Path) -> None:
+    """Nobody knows a peak of four samples: nothing is read straight across it."""
+    measured = changed(SCREW.system, ("{unit: N}}", "{unit: N, commanded: false}}"))
+    rng, frames, true = np.random.default_rng(8), SCREW.frames(), []
+    for name, frame in frames.items():
+        force = frame["force"].to_numpy() + 0.2 * rng.standard_normal(len(frame))
+        for start in range(150, 1100, 150):
+            force[start : start + 4] += 120.0
+        true.append(force)
+        frames[name] = frame.assign(force=np.minimum(force, 60.0))
+    logs, (note,) = looked(system_of(measured, tmp_path), frames)
+    assert note.startswith("force stands at its largest value (60 N)")
+    assert len(logs) == len(frames) * 8 and logs.u.max() < 59.0
+
+
 def test_an_input_that_no_equation_uses_is_not_looked_at(tmp_path: Path) -> None:
     text = changed(SCREW.system, ("inputs: {force", "inputs: {spare: {unit: V}, force"))
     frames = {name: f.assign(spare=np.sin(f["t"])) for name, f in frozen(SCREW.frames(), "force", 60).items()}

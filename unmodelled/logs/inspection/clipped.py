@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
+from unmodelled.logs.clock import LONGEST_GAP
 from unmodelled.logs.differentiate import noise, quantum
 from unmodelled.logs.inspection.frozen import NOISY, REPEATED, enough_without, stretches_of
 from unmodelled.logs.inspection.signal import Finding, Run, Signal
@@ -69,17 +70,29 @@ def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
         if mine is None:
             continue
         cuts = signal.role in ("input", "position")
-        cured = not mine.coarse and (not cuts or all(map(enough_without, mine.rows)))
+        wide = [_wide(rows) for rows in mine.rows] if cuts else mine.rows
+        cured = not mine.coarse and (not cuts or all(map(enough_without, wide)))
         found += mine.findings(runs, cured)
         if not cured:
             continue
         if cuts:
-            runs = [
-                run.without(rows) if rows.any() else run for run, rows in zip(runs, mine.rows, strict=True)
-            ]
+            runs = [run.without(rows) if rows.any() else run for run, rows in zip(runs, wide, strict=True)]
         else:
             limits[signal.column] = mine.ends
     return runs, found, limits
+
+
+def _wide(rows: Mask) -> Mask:
+    """Return samples (samples,) with those beside short stretches, so that runs are cut there.
+
+    Otherwise, an input would be read straight across a peak that nobody knows.
+    """
+    wide = rows.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
+    for start, end in edges.reshape(-1, 2).tolist():
+        more = max(0, -((end - start - int(LONGEST_GAP)) // 2))
+        wide[max(0, start - more) : end + more] = True
+    return wide
 
 
 def _clipped(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
