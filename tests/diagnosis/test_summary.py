@@ -174,6 +174,12 @@ def test_a_number_at_a_limit_has_no_interval_that_shrank_to_it() -> None:
     assert [*numbers_of(open_)] == ["g = 1 N/A (95 % interval 0 to 1), at a limit of its values"]
 
 
+def test_a_number_has_the_digits_of_its_interval() -> None:
+    number = {"value": 2.99969, "unit": "N", "interval": [2.99951, 2.99988], "determined": True}
+    effect = {"family": "coulomb_friction", "port": "guide", "parameters": {"F_c": number}}
+    assert [*numbers_of(effect)] == ["F_c = 2.9997 N (95 % interval 2.9995 to 2.9999)"]
+
+
 def test_nothing_shrinks_where_nothing_is_named(content: dict[str, Any]) -> None:
     gap = content["gap"] | {"shrink": 0.0, "interval": [0.0, 0.0]}
     told = sentences(content | {"verdict": "no_gap", "effects": [], "gap": gap})

@@ -150,7 +150,8 @@ def numbers_of(effect: Entry) -> Iterator[str]:
             continue
         whole = f" of {number['whole']:.4g}" if "whole" in number else ""
         words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
-        told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
+        value = _number(number["value"], _digits(number))
+        told = f"{number['symbol']} = {value}{whole}{_unit(number['unit'])}"
         yield f"{told}{_sure(number)}{words}"
 
 
@@ -163,7 +164,7 @@ def _chain(content: Entry) -> Iterator[str]:
 
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
     for name, e in each.items():
-        found = f"{_number(e['identified'])}{_unit(e['unit'])}{_sure(e)}"
+        found = f"{_number(e['identified'], _digits(e))}{_unit(e['unit'])}{_sure(e)}"
         unsure = f", {doubts}" if (doubts := remark(e)) else ""
         yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file{unsure}"
 
@@ -237,6 +238,11 @@ def _sure(entry: Entry) -> str:
     interval = entry["interval"]
     if None not in interval and interval_of(entry) is None:
         return ""
-    each = ([_number(end, digits) for end in interval] for digits in range(4, 10))
-    low, high = next((ends for ends in each if ends[0] != ends[1]), [_number(end) for end in interval])
+    low, high = (_number(end, _digits(entry)) for end in interval)
     return f" (95 % interval {low} to {high})"
+
+
+def _digits(entry: Entry) -> int:
+    """Significant digits of a number and of its interval, by which the ends differ."""
+    each = (digits for digits in range(4, 10) if len({_number(e, digits) for e in entry["interval"]}) > 1)
+    return 4 if interval_of(entry) is None else next(each, 4)
