@@ -115,7 +115,7 @@ def test_a_right_model_raises_no_alarm(
         assert lines[0].startswith("run1 needs") and content["logs"] and "chance: " in "\n".join(lines)
         return
     assert not content["logs"] and content["notes"][-1] == "run1 needs 0.3 N m"
-    assert lines[0].startswith("verdict: no law") and "chance: " not in "\n".join(lines)
+    assert lines[0].startswith("verdict: no gap that matters") and "chance: " not in "\n".join(lines)
     assert not any("diagnose again" in line for line in lines)
 
 

@@ -10,8 +10,13 @@ import pandas as pd
 import pytest
 
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.answer.guesses import proportions, resting_on_guesses
+from unmodelled.base.sure_numbers import main_number, remark
+from unmodelled.diagnosis.answer.guesses import over_guesses, proportions, resting_on_guesses
+from unmodelled.diagnosis.answer.said_numbers import shown_number
+from unmodelled.diagnosis.answer.sentences import numbers_of
 from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.effects.coulomb_friction import CoulombFriction
+from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
@@ -45,15 +50,42 @@ def press(folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
     return system, prepare(system, Logs.from_frames(frames, system, table))
 
 
-def notes_of(system: System, logs: Logs) -> list[str]:
-    """Notes of an answer that names friction F_c."""
+def found_in(system: System, logs: Logs) -> Diagnosis:
+    """An answer that names friction F_c."""
     values = {p.name: SimpleNamespace(value=p.value) for p in system.parameters if p.identify}
     found = SimpleNamespace(
         augmented=SimpleNamespace(system=system, logs=logs),
         effects=[SimpleNamespace(estimates={"F_c": values.pop("F_c")})],
         parameters=values,
     )
-    return [*resting_on_guesses(cast(Diagnosis, cast(Any, found)))]
+    return cast(Diagnosis, cast(Any, found))
+
+
+def notes_of(system: System, logs: Logs) -> list[str]:
+    return [*resting_on_guesses(found_in(system, logs))]
+
+
+def test_an_effect_is_said_over_the_guess(tmp_path: Path) -> None:
+    """In the title, in the text and in the tables alike: all take what is shown of a number."""
+    system, logs = press(tmp_path)
+    over = over_guesses(found_in(system, logs))
+    assert set(over) == {"F_c", "m", "d"}
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    law = CoulombFriction()
+    added = law.add(system, law.places(system)[0], scales)
+    (name,) = (each for each in added.units if each.startswith("F_c"))
+    entry = {"value": 60.0, "interval": [58.0, 62.0], "unit": "N", "determined": True}
+    entry |= shown_number(added, name, entry, over["F_c"])
+    symbol = f"{name}/A"
+    assert entry["shown"] == {
+        **{"symbol": symbol, "words": "in N only once A is known", "value": pytest.approx(3e4), "unit": "Pa"},
+        "interval": pytest.approx([2.9e4, 3.1e4]),
+    }
+    effect = {"family": "coulomb_friction", "port": "ram", "parameters": {name: entry}}
+    said = "(95 % interval 2.9e+04 to 3.1e+04), in N only once A is known"
+    assert [*numbers_of(effect)] == [f"{symbol} = 3e+04 Pa {said}"]
+    assert main_number(effect) == {**entry, **entry["shown"]}
+    assert remark({"remarks": ["guess"]}) == "in proportion to a guess of the system file"
 
 
 def test_numbers_in_proportion_to_a_guess_are_told_over_it(tmp_path: Path) -> None:

@@ -10,11 +10,12 @@ import pytest
 from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis
 from tests.diagnosis.studies import JOINT, TORQUE
 from unmodelled.base.files import write_json
-from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.answer.sentences import numbers_of, sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis, Estimate, Remainder
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
+from unmodelled.report.diagnosis_tables import parameter_tables
 
 WHERE = Where(
     channels=({"port": "joint", "share": 0.96}, {"port": "actuator:torque", "share": 0.04}),
@@ -160,6 +161,30 @@ def test_a_wrong_number_beside_which_more_is_missing_is_corrected_first(content:
     told = content | {"effects": [wrong], "verdict": "main_effect", "refused": []}
     assert sentences(told)[-1].startswith("next: correct J in the system file, then diagnose again")
     assert "correct J" not in sentences(told | {"verdict": "effect"})[-1]
+
+
+def test_a_number_at_a_limit_has_no_interval_that_shrank_to_it() -> None:
+    """In the text, in the list of answers, and in the tables of the page."""
+    number = {"value": 1.0, "unit": "N/A", "interval": [0.9999998, 1.0], "at_bound": True}
+    effect = {"family": "actuator_gain", "port": "actuator:i", "parameters": {"g": number}}
+    assert [*numbers_of(effect)] == ["g = 1 N/A, at a limit of its values"]
+    (table,) = parameter_tables({"effects": [effect]})
+    assert [cell.text for cell in table.rows[0]][1:3] == ["1", "–"]
+    open_ = {**effect, "parameters": {"g": {**number, "interval": [0.0, 1.0]}}}
+    assert [*numbers_of(open_)] == ["g = 1 N/A (95 % interval 0 to 1), at a limit of its values"]
+
+
+def test_a_number_has_the_digits_of_its_interval() -> None:
+    number = {"value": 2.99969, "unit": "N", "interval": [2.99951, 2.99988], "determined": True}
+    effect = {"family": "coulomb_friction", "port": "guide", "parameters": {"F_c": number}}
+    assert [*numbers_of(effect)] == ["F_c = 2.9997 N (95 % interval 2.9995 to 2.9999)"]
+
+
+def test_nothing_shrinks_where_nothing_is_named(content: dict[str, Any]) -> None:
+    gap = content["gap"] | {"shrink": 0.0, "interval": [0.0, 0.0]}
+    told = sentences(content | {"verdict": "no_gap", "effects": [], "gap": gap})
+    assert told[0].startswith("verdict: no gap that matters")
+    assert not any(line.startswith("shrink") for line in told)
 
 
 def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:

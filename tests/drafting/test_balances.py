@@ -43,6 +43,36 @@ def drafted_days(
     return mapping, system, (logs / "system.yaml").read_text()
 
 
+def test_a_relay_that_switches_often_shows_the_size_of_a_store(tmp_path: Path) -> None:
+    """Cycles of some twenty samples: over a sixtieth of the record, 150 samples, the relay has its mean."""
+    t = np.arange(9000.0)
+
+    def day(k: int) -> Mapping[str, Array]:
+        relay, oven = np.zeros(len(t)), np.full(len(t), 350.0 + k)
+        for n in range(1, len(t)):
+            relay[n] = 800.0 * (oven[n - 1] < (352.0 if relay[n - 1] > 0.0 else 348.0))
+            oven[n] = oven[n - 1] + (relay[n] - 5.0 * (oven[n - 1] - 290.0)) / 1500.0
+        return {"seconds": t, "oven [K]": oven, "room [K]": 290.0 + 1e-3 * t, "heater [W]": relay}
+
+    _, system = drafted(put(tmp_path / "raw", map(day, range(2)), "day {}.csv"))
+    assert values(system)["C"] == pytest.approx(1500.0, rel=0.2)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_second_sensor_of_a_level_is_no_second_store(noise: float, tmp_path: Path) -> None:
+    def day(k: int) -> Mapping[str, Array]:
+        flow = drive(k, 0.0, 0.02)
+        level = filled(flow, 0.5, 0.02, 0.4)
+        second = 1e3 * level + 20.0 + 1e3 * noise * np.random.default_rng(k).standard_normal(N)
+        return {"seconds": T, "LIC7.PV": second, "LT7 [m]": level, "FT8 [L/s]": 1e3 * flow}
+
+    mapping, system, _ = drafted_days(tmp_path, day)
+    assert [s["column"] for s in mapping["signals"].values()] == ["LT7 [m]", "FT8 [L/s]"]
+    assert len(system.states) == 1
+    asked = "LIC7.PV is 1000 times LT7 [m] with an offset and noise, and is left out. Is it the same level?"
+    assert f"# Question: {asked}" in (tmp_path / "raw/mapping.yaml").read_text()
+
+
 def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
     def day(k: int) -> Mapping[str, Array]:
         power = drive(k, 0.0, 900.0)

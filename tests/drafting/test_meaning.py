@@ -27,7 +27,13 @@ MEANINGS = {
     },
     Role.POWER: {"P_el_kW": "kW", "laser power [mW]": "mW", "Pe": None, "JT_40 [kW]": "kW"},
     Role.PRESSURE: {"p_A_bar": "bar", "supply_MPa": "MPa", "PDT07 [mbar]": "mbar"},
-    Role.FLOW: {"flow_l_min": "l/min", "Q_in [m3/h]": "m^3/h", "FT-12A [kg/s]": "kg/s", "FIC_11.PV": None},
+    Role.FLOW: {
+        "flow_l_min": "l/min",
+        "Q_in [m3/h]": "m^3/h",
+        "FT-12A [kg/s]": "kg/s",
+        "FIC_11.PV": None,
+        "FT2 [L/min]": "L/min",
+    },
     Role.POSITION: {
         **{"z_stage": None, "heading": None},
         **{"theta_m": None, "theta_m_deg": "deg", "x_m": "m", "pos_min": None, "pos_a": None},
@@ -47,11 +53,17 @@ MEANINGS = {
     },
     Role.TIME: {"time_h": None, "t_ms": "ms", "Zeit [min]": "min", "datenum": None},
     Role.DUTY: {"pump_%": "%", "valve position [%]": "%", "duty_cycle": None, "PCV301 [%]": "%"},
-    Role.LEVEL: {"tank level mm": "mm", "Füllstand [%]": "%", "LI-204B [mm]": "mm", "LIC55_PV": None},
+    Role.LEVEL: {
+        "tank level mm": "mm",
+        "Füllstand [%]": "%",
+        "LI-204B [mm]": "mm",
+        "LIC55_PV": None,
+        "LT1 [cm]": "cm",
+    },
     Role.PART: {"cycle": None, "trial no": None},
     Role.SET_POINT: {"T_set": None, "PIC20/SP": None, "room temp sp": None},
     Role.GOAL: {"pos_set_mm": "mm", "soll [deg]": "deg"},
-    Role.EFFORT: {"motor load [N m]": "N m"},
+    Role.EFFORT: {"motor load [N m]": "N m", "FT1 [N]": "N"},
     Role.OTHER: {
         **{"torque_enable": None, "current limit": None, "i_q_offset_A": "A", "gyro_bias[2]": None},
         **{"acc_x": None, "LSH12": None},
@@ -64,6 +76,46 @@ def test_names_are_read_by_whole_words(role: Role) -> None:
     for name, unit in MEANINGS[role].items():
         found = meaning_of(name)
         assert (name, found.role, found.unit) == (name, role, unit)
+
+
+#: Names of columns by the sizes of their numbers, and the units beside.
+NUMBERED = {
+    "angle (0.1 deg)": ("deg", 0.1),
+    "angle [1/100 rad]": ("rad", 0.01),
+    "angle [mrad/10]": ("mrad", 0.1),
+    "angle [deg]": ("deg", 1.0),
+}
+
+
+@pytest.mark.parametrize("name", NUMBERED)
+def test_a_number_beside_a_unit_scales_a_column(name: str, tmp_path: Path) -> None:
+    unit, factor = NUMBERED[name]
+    size = {"deg": np.pi / 180.0, "rad": 1.0, "mrad": 1e-3}[unit] * factor
+    logs = write(tmp_path / "raw", {"t": "t", name: "angle", "torque_Nm": "torque"}, angle=1.0 / size)
+    mapping, system = drafted(logs)
+    scale = {} if factor == 1.0 else {"scale": factor}
+    assert mapping["signals"]["q"] == {"column": name, "unit": unit, **scale}
+    assert ("# Question: is one" in (logs / "mapping.yaml").read_text()) == bool(scale)
+    np.testing.assert_allclose(read_logs(logs, system).y[:1500, 0], LOGS[0]["angle"], atol=1e-9)
+
+
+def test_every_column_that_is_left_out_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for k, log in enumerate(LOGS[:3]):
+        t = np.asarray(log["t"])
+        columns = {"t": t, "angle [rad]": log["angle"], "torque [N m]": log["torque"], "Status": 0.0 * t}
+        columns |= {"elapsed_ms": 1e3 * t, "tool": np.where(t < 1.0, "a", "b"), "empty": np.nan * t}
+        columns["rare"] = np.where(np.arange(len(t)) % 200, np.nan, t)
+        (tmp_path / "raw").mkdir(exist_ok=True)
+        pd.DataFrame(columns).to_csv(tmp_path / f"raw/run{k}.csv", index=False)
+    init(tmp_path / "raw", None, None, None)
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("left out, ")]
+    assert sorted(told) == [
+        "left out, another clock: elapsed_ms",
+        "left out, fewer than 20 values: rare",
+        "left out, no number: empty",
+        "left out, one value in a file: Status",
+        "left out, text: tool",
+    ]
 
 
 def test_counts_are_scaled_with_a_question(tmp_path: Path) -> None:

@@ -92,12 +92,12 @@ def _each(frames: Frames, column: str, change: Callable[[Array, int], Array]) ->
     }
 
 
-def spiked(frames: Frames, column: str, size: float, seed: int = 1) -> Frames:
-    """Add garbage in about 1 % of the samples, every other time two samples long."""
+def spiked(frames: Frames, column: str, size: float, seed: int = 1, share: float = 0.01) -> Frames:
+    """Add garbage in a share of the samples, every other time two samples long."""
 
     def spoil(values: Array, run: int) -> Array:
         rng = np.random.default_rng([seed, run])
-        at = 20 + np.flatnonzero(rng.random(len(values) - 40) < 0.01)
+        at = 20 + np.flatnonzero(rng.random(len(values) - 40) < share)
         values[at] += rng.uniform(0.8, 3.0, len(at)) * size * rng.choice([-1.0, 1.0], len(at))
         values[at[::2] + 1] = values[at[::2]]
         return values

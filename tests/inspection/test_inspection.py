@@ -53,6 +53,10 @@ def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
     return logs, [note for note in logs.notes if FOUND.search(note)]
 
 
+def coarse(frames: Frames, column: str, step: float) -> Frames:
+    return {n: f.assign(**{column: step * np.round(f[column] / step)}) for n, f in frames.items()}
+
+
 #: Machine, fault, words of the one note, error that may remain in nearly all samples.
 CASES = {
     "garbage of an encoder": ("screw", (spiked, "s", 3.0), "s has .* spikes", 1e-4),
@@ -105,6 +109,58 @@ def test_a_fault_is_found_and_cured(case: str, systems: dict[str, System]) -> No
     right, _ = looked(systems[name], frames)
     off = np.concatenate([logs.y - right.y, logs.u - right.u], axis=1)
     assert np.mean(np.abs(off - off[0]) > error) < 0.003
+
+
+#: Machine, fault, how it is spoiled, and runs that have it while the others are logged with their sign.
+SOME_RUNS = {
+    "input of 16 bits": ("screw", (registered, "force", 0.01, 16), (0, 2), "force", 0.005),
+    "output of 16 bits": ("swing", (registered, "tacho", 0.01, 16), (1,), "tacho", 0.005),
+    "sign bit": ("screw", (registered, "force", 0.1, 12, True), (1,), "force", 0.05),
+    "32 bits": ("heater", (registered, "T", 0.05, 32), (0, 3), "T", 1e-6),
+    "counter": ("screw", (wrapped, "s", 2e-6, 16), (0,), "s", 1e-9),
+}
+
+
+@pytest.mark.parametrize("case", SOME_RUNS)
+def test_a_fault_of_some_runs_is_cured_alike_in_all(case: str, systems: dict[str, System]) -> None:
+    name, (spoil, *how), which, channel, error = SOME_RUNS[case]
+    frames = MACHINES[name].frames()
+    spoiled = spoil(frames, *how)
+    mixed = {run: (spoiled if k in which else frames)[run] for k, run in enumerate(frames)}
+    (logs, found), (right, _) = looked(systems[name], mixed), looked(systems[name], frames)
+    assert len(found) == 1 and found[0].startswith(f"{channel} jumps by"), found
+    assert f" in {' and '.join(f'run{k + 1}' for k in which)} (" in found[0]
+    assert np.abs(np.concatenate([logs.y - right.y, logs.u - right.u], axis=1)).max() <= error * (1.0 + 1e-9)
+
+
+#: Machine, fault of a channel, and its shares of the samples in four runs.
+TOO_MANY = {
+    "zeros in all runs": ("swing", "tacho", dropped, (0.3, 0.3, 0.3, 0.3)),
+    "zeros in one run": ("swing", "phi", dropped, (0.03, 0.15, 0.0, 0.03)),
+    "garbage in one run": ("screw", "s", spiked, (0.01, 0.2, 0.01, 0.0)),
+}
+
+
+@pytest.mark.parametrize("case", TOO_MANY)
+def test_spikes_that_are_too_many_in_one_run_stay_in_all(case: str, systems: dict[str, System]) -> None:
+    name, channel, spoil, shares = TOO_MANY[case]
+    frames = MACHINES[name].frames()
+    spoiled = dict(frames)
+    for run, share in zip(frames, shares, strict=True):
+        if share:
+            how = (channel, share) if spoil is dropped else (channel, 3.0, 1, share)
+            spoiled[run] = spoil({run: frames[run]}, *how)[run]
+    logs, (note,) = looked(systems[name], spoiled)
+    assert note.endswith("nothing was changed; leave that run out, or repair the sensor")
+    logged = np.concatenate([frame[channel] for frame in spoiled.values()])
+    assert np.array_equal(logs.y[:, logs.outputs.index(channel)], logged)
+
+
+def test_no_counter_is_unwrapped_whose_start_nobody_knows(systems: dict[str, System]) -> None:
+    """A register of few levels is none; where a run begins in its range is unknown."""
+    frames = coarse(SCREW.frames(), "force", 10.0)
+    mixed = frames | {"run2": registered(frames, "force", 10.0, 16)["run2"]}
+    assert looked(systems["screw"], mixed)[1] == []
 
 
 @pytest.mark.parametrize("start", [300, "lowest"])
@@ -169,6 +225,48 @@ def test_samples_at_the_end_of_a_range_are_left_out(case: str, tmp_path: Path) -
     assert not errors[beyond, 1].any() and errors[beyond, 0].any()
 
 
+#: Machine, changes of its system file, channel, share of its samples beyond the end, step of its converter.
+COARSE_ENDS = {
+    "tachometer": ("swing", ("", ""), "tacho", 0.08, 0.1),
+    "measured force": ("screw", ("{unit: N}}", "{unit: N, commanded: false}}"), "force", 0.05, 0.5),
+}
+
+
+@pytest.mark.parametrize("case", COARSE_ENDS)
+def test_an_end_is_told_where_steps_hide_the_noise(case: str, tmp_path: Path) -> None:
+    """Nobody knows whether the sensor or the machine ends there, so that nothing is left out."""
+    name, change, channel, share, step = COARSE_ENDS[case]
+    system = system_of(changed(MACHINES[name].system, change), tmp_path)
+    frames = coarse(ended(MACHINES[name].frames(), channel, share, 0.0), channel, step)
+    logs, (note,) = looked(system, frames)
+    assert note.startswith(f"{channel} stands at its smallest or largest value")
+    assert note.endswith("if the sensor ends there, leave these times out or measure with a larger range")
+    assert logs.limits == {} and len(logs) == len(frames)
+
+
+#: Ramps of speed by steps of a torque, which end at its steps.
+RAMPS = replace(
+    PENDULUM,
+    inputs=lambda u: np.tile(0.05 * np.repeat([0.0, 1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0], 150), (len(u), 1)),
+    rates=lambda x, u: np.array([x[1], u / 0.005]),
+    logged=lambda x, rng: {"phi": x[0] + 1e-3 * rng.standard_normal(x[0].shape), "tacho": x[1]},
+)
+#: A speed that settles after steps of the torque.
+SETTLES = replace(
+    RAMPS,
+    inputs=lambda u: np.repeat(np.random.default_rng(1).choice([-0.5, 0.0, 0.5], (len(u), 8)), 150, axis=1),
+    rates=lambda x, u: np.array([x[1], (u - 0.05 * x[1]) / 0.005]),
+)
+
+
+@pytest.mark.parametrize("step", [0.05, 0.2, 0.5])
+@pytest.mark.parametrize("machine", [PENDULUM, RAMPS, SETTLES], ids=["sines", "ramps", "settles"])
+def test_a_coarse_speed_without_an_end_is_not_told(
+    machine: Machine, step: float, systems: dict[str, System]
+) -> None:
+    assert looked(systems["swing"], coarse(machine.frames(), "tacho", step))[1] == []
+
+
 @pytest.mark.parametrize("name", ["swing", "screw"])
 def test_a_command_that_saturates_and_a_stop_are_no_ends(name: str, systems: dict[str, System]) -> None:
     frames = MACHINES[name].frames()
@@ -176,6 +274,21 @@ def test_a_command_that_saturates_and_a_stop_are_no_ends(name: str, systems: dic
     assert looked(systems[name], ended(frames, command, 0.08, 0.01 * MACHINES[name].force))[1] == []
     if name == "screw":  # an encoder has no noise, and an axis may stand at its end
         assert looked(systems[name], ended(frames, "s", 0.08, 0.0))[1] == []
+
+
+def test_runs_are_cut_at_short_peaks_beyond_the_range_of_an_input(tmp_path: Path) -> None:
+    """Nobody knows a peak of four samples: nothing is read straight across it."""
+    measured = changed(SCREW.system, ("{unit: N}}", "{unit: N, commanded: false}}"))
+    rng, frames, true = np.random.default_rng(8), SCREW.frames(), []
+    for name, frame in frames.items():
+        force = frame["force"].to_numpy() + 0.2 * rng.standard_normal(len(frame))
+        for start in range(150, 1100, 150):
+            force[start : start + 4] += 120.0
+        true.append(force)
+        frames[name] = frame.assign(force=np.minimum(force, 60.0))
+    logs, (note,) = looked(system_of(measured, tmp_path), frames)
+    assert note.startswith("force stands at its largest value (60 N)")
+    assert len(logs) == len(frames) * 8 and logs.u.max() < 59.0
 
 
 def test_an_input_that_no_equation_uses_is_not_looked_at(tmp_path: Path) -> None:

@@ -366,15 +366,21 @@ def test_messages_without_definitions_have_the_names_of_their_first_lines(tmp_pa
     )
 
 
-@pytest.mark.parametrize("separator", [";", "\t", " "])
-def test_messages_with_other_separators_begin_with_a_name_and_a_time(tmp_path: Path, separator: str) -> None:
+@pytest.mark.parametrize("clock", ["", "t="])
+@pytest.mark.parametrize("separator", [",", ";", "\t", " "])
+def test_messages_with_other_separators_begin_with_a_name_and_a_time(
+    tmp_path: Path, separator: str, clock: str
+) -> None:
     """Numbers may have their names before them; settings in the same dialect are no messages."""
     pairs = list(zip(T.tolist(), X.tolist(), strict=True))
-    cells = [cell for t, x in pairs for cell in (("GYR", t, f"rate={x}"), ("MOT", t + 0.001, 7, x))]
+    rows_of = [(("GYR", f"{clock}{t}", f"rate={x}"), ("MOT", f"{clock}{t + 0.001}", 7, x)) for t, x in pairs]
+    cells = [cell for row in rows_of for cell in row]
     path = tmp_path / "rig.txt"
     path.write_text("\n".join(separator.join(map(str, row)) for row in cells))
     gyro, motor_ = tables(path)
-    assert (gyro.name, motor_.name) == ("GYR", "MOT") and list(motor_.columns) == ["1", "2", "3"]
+    assert (gyro.name, motor_.name) == ("GYR", "MOT")
+    assert list(motor_.columns) == [clock.removesuffix("=") or "1", "2", "3"]
+    assert clock == "" or np.allclose(gyro.clock, T)  # type: ignore[arg-type]
     np.testing.assert_allclose(gyro.columns["rate"], X)
     np.testing.assert_allclose(motor_.columns["3"], X)
     settings = [

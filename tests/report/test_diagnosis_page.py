@@ -165,7 +165,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     content = json.loads((folder / "diagnosis.json").read_text())
     nowhere = content["where"] | {"channels": [], "regions": [], "factors": []}
     text = page_of(folder, tmp_path / "none", verdict="no_gap", effects=[], where=nowhere)
-    assert "<h1>No gap that any law or network predicts.</h1>" in text
+    assert "<h1>No gap that matters.</h1>" in text
     assert "Nowhere: there is no gap to divide." in text
     left = {"share": 0.11, "predictable": 0.07, "channel": "actuator:torque"}
     text = page_of(folder, tmp_path / "part", verdict="main_effect", remainder=left)

@@ -19,7 +19,10 @@ REMARKS = {
     "zero": "may as well be zero",
     "common_factor": "wrong by a common factor",
     "undetermined": "not determined by these logs",
+    "guess": "in proportion to a guess of the system file",
 }
+#: Width of an interval at a limit, in the number, that does not tell how sure the number is.
+LIMIT = 1e-3
 #: Kinds of numbers whose interval does not tell their size.
 IMPLAUSIBLE = {"effort", "gain", "mass"}
 
@@ -43,6 +46,23 @@ def remark(entry: Entry) -> str:
         ('implausibly large', '')
     """
     return ", ".join(dict.fromkeys(REMARKS.get(kind, kind.replace("_", " ")) for kind in kinds(entry)))
+
+
+def interval_of(entry: Entry) -> tuple[float, float] | None:
+    """Return the interval of a number that tells its size; None without one, or of a number at a limit.
+
+    The interval of a number that ended at a limit of its values shrinks to the limit.
+
+    Examples:
+        >>> interval_of({"interval": [0.9999998, 1.0], "at_bound": True})
+        >>> interval_of({"interval": [0.0, 0.2], "at_bound": True})
+        (0.0, 0.2)
+    """
+    low, high = _ends(entry)
+    if low is None or high is None:
+        return None
+    at_limit = "bound" in kinds(entry) and abs(high - low) <= LIMIT * max(abs(low), abs(high))
+    return None if at_limit else (float(low), float(high))
 
 
 def main_number(effect: Entry) -> Entry | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.drafting.chains import copied
 from unmodelled.drafting.channels import BARS, DEGREES, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
@@ -21,8 +22,8 @@ MOST, SUPPLIES = 6, 3
 STILL = 0.02
 #: Share of the changes of a level that supplies must explain: for their signs and the size of the store.
 EXPLAINED = 0.1
-#: Parts of a record over which changes of a level are taken.
-PARTS = 60
+#: Parts of a record over which changes of a level are taken, at least and at most.
+PARTS = (60, 600)
 #: Words of a level that surrounds others, and of what leaves a store.
 _AROUND = (
     "ambient amb tamb ta outdoor outside oat toa external surroundings environment env umgebung aussen raum "
@@ -105,11 +106,23 @@ def _of_kind(kind: Kind, experiments: Sequence[Sequence[Signal]]) -> list[Balanc
     if not levels:
         return []
     around = _around(levels) if kind.around and len(levels) > 1 else None
-    most = max(float(np.ptp(s.values)) for s in levels)
-    kept = [s for s in levels if s is not around and np.ptp(s.values) > STILL * most]
+    levels = _distinct(levels, around)
+    moves = [float(np.ptp(level_channel(s).si(s.values))) for s in levels]
+    kept = [s for s, m in zip(levels, moves, strict=True) if s is not around and m > STILL * max(moves)][
+        :MOST
+    ]
     if around is None and kind.around:
         around = next((s for s in levels if s not in kept), None)
-    return [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
+    return [_balance(kind, level, around, kept, experiments) for level in kept]
+
+
+def _distinct(levels: Sequence[Signal], around: Signal | None) -> list[Signal]:
+    """The levels without second sensors of one: surroundings stay, then those whose unit is known."""
+    found = list[Signal]()
+    for level in sorted(levels, key=lambda each: (each is not around, each.unit is None)):
+        if not any(copied(level, other) for other in found):
+            found.append(level)
+    return [level for level in levels if level in found]
 
 
 def _around(levels: Sequence[Signal]) -> Signal | None:
@@ -229,12 +242,20 @@ def _fitted(
     """Supplies with their signs, and what the values say of the store.
 
     The level changes by what flows in and out between two instants; both are taken over parts of the record,
-    so that noise is not differentiated.
+    so that noise is not differentiated. A supply that switches often shows over shorter parts.
     """
+    lengths = {max(2, min(len(level.signal.t), SAMPLES) // parts) for parts in PARTS}
+    tried = [_fitted_over(k, kind, level, around, channels, direct) for k in sorted(lengths, reverse=True)]
+    return max(tried, key=lambda found: found[1].share)
+
+
+def _fitted_over(
+    k: int, kind: Kind, level: Channel, around: Channel | None, channels: Sequence[Channel], direct: bool
+) -> tuple[tuple[Supply, ...], StoreFit]:
+    """Supplies and fit by changes over k samples."""
     t = level.signal.t[:SAMPLES]
     x = level.si(level.signal.values[: len(t)])
     flows = [channel.si(at(t, channel.signal.t, channel.signal.values)) for channel in channels]
-    k = max(2, len(t) // PARTS)
     changes = x[k:] - x[:-k]
     # surroundings that are not logged have a level that does not change
     beside = [t[k:] - t[:-k]] if kind.around and around is None else []

@@ -11,9 +11,12 @@ from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import at
 from unmodelled.drafting.names import ACTING, Role, number_of
 from unmodelled.drafting.units import dimension_of, is_angle, is_speed
+from unmodelled.logs.differentiate import noise, quantum
 
 #: Share of its motion by which a position on one chain may differ from another one: springs, plays, filters.
 SLACK = 0.05
+#: Size of what differs between two sensors of one level, in that of noise.
+WHITE = 2.0
 #: Correlation from which on a column is the speed of a position, times a factor.
 CERTAIN = 0.95
 
@@ -32,6 +35,17 @@ def chained(signal: Signal, other: Signal, signals: Sequence[Signal]) -> float:
     numbers = {number_of(s.address) for s in signals if s.role in ACTING or s.role is Role.GOAL}
     own = {number_of(signal.address), number_of(other.address)}
     return 0.0 if len(own) > 1 and own <= numbers else ratio
+
+
+def copied(signal: Signal, other: Signal) -> float:
+    """Return how many times another level one is, if only noise is between them; 0 if they are two levels."""
+    t = signal.t[:SAMPLES]
+    a, b = signal.values[: len(t)], at(t, other.t, other.values)
+    a, b = a - a.mean(), b - b.mean()
+    ratio = float(a @ b) / float(b @ b) if b.any() else 0.0
+    between = a - ratio * b
+    few = max(WHITE * noise(between), quantum(between), 1e-6 * float(np.std(a)))
+    return ratio if float(np.std(between)) <= min(few, SLACK * float(np.std(a))) else 0.0
 
 
 def geared(position: Signal, velocity: Signal) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.drafting.names import Role, meaning_of
+from unmodelled.drafting.units import factor_of
 from unmodelled.logs.on_change import is_even, is_on_change
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
@@ -43,10 +44,11 @@ class Signal:
 
     address: str  # by which a mapping finds it, with the name of an element of a list
     t: Array  # (samples,), s
-    values: Array  # (samples,), as logged
+    values: Array  # (samples,), in the unit
     unit: str | None  # by file or name
     role: Role | None  # by name or unit
     held: bool = False  # it is written when it changes, and was read at uniform instants
+    factor: float = 1.0  # of the logged values beside the unit: 0.1 for `pos (0.1 deg)`
 
     @property
     def rate(self) -> float:
@@ -69,7 +71,10 @@ def timing_of(tables: Sequence[Table]) -> Timing:
     step = float(np.median(np.abs(np.diff(base.columns[name]))))
     if (seconds := seconds_of(given)) is not None:
         # a name that tells a faster clock than machines are logged with may have another meaning
-        return Timing(name, given, certain=name in base.units or 1.0 / (step * seconds) < FASTEST)
+        # and a number beside the unit is no part of it
+        plain = factor_of(name, base.units.get(name)) == 1.0
+        sure = name in base.units or 1.0 / (step * seconds) < FASTEST
+        return Timing(name, given, certain=plain and sure)
     rates = {unit: 1.0 / (step * (seconds_of(unit) or 1.0)) for unit in TIMES}
     # temperatures are logged every second to every quarter of an hour: of such rates, that of seconds
     usual = _usual(base)
@@ -119,7 +124,9 @@ def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) ->
             # what a value that is written when it changes is called, `state`, is not what it means
             meant = meaning_of(address.removesuffix(".state") if held else address, table.units.get(name))
             if (len(rows) >= ROWS or held) and meant.role is not Role.TIME:
-                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role, held))
+                factor = factor_of(address, table.units.get(name))
+                own = factor * column[rows]
+                found.append(Signal(address, t[rows], own, meant.unit, meant.role, held, factor))
     return _together(found)
 
 

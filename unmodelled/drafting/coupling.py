@@ -71,7 +71,7 @@ def _fits(
     around = source.around
     known = around is not None and around.signal.address in here
     outside = _values(around, here, t) if around is not None and known else np.zeros_like(t)
-    k = max(2, len(t) // PARTS)
+    k = max(2, len(t) // PARTS[0])
     beside = [t[k:] - t[:-k]] if source.kind.around and not known else []
     between, lost = over(t, x - y, k), over(t, x - outside, k)
     gains, share, total = explained(x[k:] - x[:-k], [over(t, flow, k)], [*beside, lost, between])

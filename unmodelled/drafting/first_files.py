@@ -9,6 +9,7 @@ from pathlib import Path
 from unmodelled.base.errors import BadInput, printable
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft, draft_of
+from unmodelled.drafting.left_out import left_out
 from unmodelled.drafting.mapping_text import mapping_text
 from unmodelled.drafting.names import Role
 from unmodelled.drafting.robot_text import robot_system_text, with_goals
@@ -88,4 +89,4 @@ def _table(draft: Draft) -> str:
     widths = [max(len(row[j]) for row in shown) for j in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in shown]
     more = [f"and {len(rows) - len(shown)} more columns"] if len(rows) > len(shown) else []
-    return "\n".join([*lines, *more])
+    return "\n".join([*lines, *more, *left_out(draft)])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from unmodelled.drafting.chains import SLACK, chained, geared
+from itertools import product
+
+from unmodelled.drafting.chains import SLACK, chained, copied, geared
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft
@@ -30,6 +32,7 @@ def mapping_text(draft: Draft, folder: str) -> str:
     lines.append("signals:")
     lines += [_signal(used.symbol, used.channel, used.against) for used in draft.used]
     lines += [line for joint in draft.joints for line in _copies(draft, joint)]
+    lines += _second_sensors(draft)
     if draft.split_by is not None:
         lines.append(
             f"split_by: {quoted(draft.split_by)}  # Question: does every value of it begin an experiment?"
@@ -61,9 +64,11 @@ def _time(draft: Draft) -> list[str]:
 
 def _signal(name: str, channel: Channel, against: bool = False) -> str:
     sign = (", sign: -1" if against else "") + (", hold: true" if channel.signal.held else "")
-    scale = f", scale: {_factor(channel.scale)}" if channel.scale != 1.0 or channel.question else ""
+    factor = channel.scale * channel.signal.factor
+    scale = f", scale: {_factor(factor)}" if factor != 1.0 or channel.question else ""
     unsure = channel.question or ("" if channel.certain else _unsure(channel.unit))
-    questions = [unsure] if unsure else []
+    asked = f"is one {_factor(factor)} {channel.unit}, as it is called?"
+    questions = [each for each in (asked if channel.signal.factor != 1.0 else "", unsure) if each]
     questions += ["is it logged with the other sign? The position accelerates against it."] if against else []
     asked = f"  # Question: {' '.join(questions)}" if questions else ""
     column, unit = quoted(channel.signal.address), quoted(channel.unit)
@@ -95,6 +100,23 @@ def _copies(draft: Draft, joint: Joint) -> list[str]:
                     )
                     found[signal.address] = f"{slope} Is it of another shaft, or an electric speed?"
     return [f"  # Question: {one_line(address)} {asked}" for address, asked in found.items()]
+
+
+def _second_sensors(draft: Draft) -> list[str]:
+    """Questions on levels that are left out because another sensor shows them."""
+    used, found = {each.channel.signal.address for each in draft.used}, dict[str, str]()
+    for signals in draft.experiments:
+        levels = [(b, s) for b in draft.balances for s in signals if s.address == b.level.signal.address]
+        others = [signal for signal in signals if signal.address not in used]
+        for (balance, level), signal in product(levels, others):
+            ratio = copied(signal, level) if signal.role is balance.kind.level else 0.0
+            if ratio:
+                times = "" if abs(ratio - 1.0) < SLACK else f"{ratio:.4g} times "
+                found[signal.address] = f"is {times}{one_line(level.address)} with an offset and noise"
+    return [
+        f"  # Question: {one_line(address)} {said}, and is left out. Is it the same level?"
+        for address, said in found.items()
+    ]
 
 
 def _asked(signal: Signal, position: Signal, ratio: float) -> str:

@@ -147,8 +147,8 @@ def meaning_of(name: str, given: str | None = None) -> Meaning:
     """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit."""
     if {*_FLAGS.split()} & {*words_of(name)}:
         return Meaning(Role.OTHER, known_unit(given) or bracketed(name) or _ending(name, ()))
-    if (tag := tag_in(name)) is not None:
-        return _of_tag(tag, known_unit(given) or bracketed(name))
+    if (tag := tag_in(name)) is not None and (found := _of_tag(tag, known_unit(given) or bracketed(name))):
+        return found
     told = _told(name)
     if (degrees := in_degrees(name, given)) and Role.CHARGE not in (role for _, role in told):
         sure = Role.TEMPERATURE in (role for _, role in told)  # C is coulomb as well
@@ -176,13 +176,15 @@ def _indexed(name: str) -> Role | None:
     return next((_SYMBOLS[match[0]] for match in found if match), None)
 
 
-def _of_tag(tag: Tag, unit: str | None) -> Meaning:
+def _of_tag(tag: Tag, unit: str | None) -> Meaning | None:
     """What a process tag is; a unit that no such signal has says more than its letters."""
     if tag.kind == "set point":
         return Meaning(Role.SET_POINT, unit)
     role = _TAGGED.get(tag.variable, Role.DUTY) if tag.kind == "value" else Role.DUTY
     fits = unit is None or _fits(role, unit, "") or (role is Role.DUTY and unit in _RAW)
     other = Role.DUTY if unit == "%" else _by_unit(unit)
+    if not tag.sure and (unit is None or not fits):
+        return None
     told = role if fits else other or role
     return Meaning(Role.OTHER if tag.kind == "switch" and fits else told, unit)
 

@@ -37,13 +37,43 @@ _ABOVE = _set("rad deg turn m mm cm l L ml m3 kg A V")
 _BELOW = {"s": "s", "sec": "s", "min": "min", "h": "h"}
 #: Units of temperatures whose letters mean other things in names.
 _DEGREES = {"C": "degC", "c": "degC", "F": "degF", "f": "degF", "K": "K", "k": "K"}
+#: A number before a unit or behind it: `0.1 deg`, `1/10 °C`, `x10 mV`, `deg/10`.
+_BEFORE = re.compile(r"^(?:[x*]\s*)?(1\s*/\s*)?(\d+(?:[.,]\d+)?(?:[eE]-?\d+)?)\s*[*x·]?\s*(?=[^\W\d_]|[°%µ])")
+_BEHIND = re.compile(r"(?<=\w)\s*([/x*])\s*(\d+(?:[.,]\d+)?)$")
 _WORD = re.compile(r"(?:[^\W\d_]|[%°µ])+(?:3(?=[\W_]))?")
 _BRACKET = re.compile(r"[\[(]([^\[\]()]*[^\W\d_%°][^\[\]()]*|\s*[%°]\s*)[\])]\s*$")
 
 
 def known_unit(text: str | None) -> str | None:
-    """Return a unit as this package writes it; None for another text."""
-    if not text or not text.strip():
+    """Return a unit as this package writes it, without a number beside it; None for another text."""
+    return None if text is None else _as_unit(text) or _as_unit(_apart_from_number(text)[1])
+
+
+def factor_of(name: str, given: str | None) -> float:
+    """Return the number beside the unit of a column, by which its values are in this unit; 1 without one.
+
+    Examples:
+        >>> [factor_of(name, None) for name in ("pos (0.1 deg)", "T [1/10 °C]", "n [1/min]", "u [mV*10]")]
+        [0.1, 0.1, 1.0, 10.0]
+    """
+    found = _BRACKET.search(name.translate(_SIGNS))
+    texts = [text for text in (given, found[1] if found else None) if known_unit(text)]
+    return _apart_from_number(texts[0])[0] if texts and _as_unit(texts[0] or "") is None else 1.0
+
+
+def _apart_from_number(text: str | None) -> tuple[float, str]:
+    """A number beside a unit, 1 without one, and the text without it."""
+    text = (text or "").strip()
+    before, behind = _BEFORE.match(text), _BEHIND.search(text)
+    number = before[2] if before else behind[2] if behind else "1"
+    value = float(number.replace(",", ".")) or 1.0
+    if before:
+        return (1.0 / value if before[1] else value), text[before.end() :]
+    return (1.0 / value if behind and behind[1] == "/" else value), text[: behind.start()] if behind else text
+
+
+def _as_unit(text: str) -> str | None:
+    if not text.strip():
         return None
     text = text.strip().translate(_SIGNS)
     spelled = text if text in _EXACT else _SPELLED.get(text.lower(), text)

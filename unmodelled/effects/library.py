@@ -43,7 +43,12 @@ def kind_of(added: Added) -> LawKind:
 
 
 def without_own_laws(system: System) -> tuple[str, ...]:
-    """Return a note on every port at which no law of its domain can act."""
+    """Return a note on every port at which no law of its domain can act, or on a system without ports."""
+    if not system.ports:
+        return (
+            "the system file has no port: errors of drives, sensors and parameters were tried, no friction, "
+            "spring or loss; name the effort that may be missing in ports and dynamics, then diagnose again",
+        )
     own = [effect for effect in effects() if isinstance(effect, PortEffect) and len(effect.domains) == 1]
     found = []
     for port in system.ports:

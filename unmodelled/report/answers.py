@@ -14,7 +14,7 @@ from unmodelled.base.answers import read_diagnosis
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.search import Search
-from unmodelled.base.sure_numbers import as_said, doubt, main_number, remark
+from unmodelled.base.sure_numbers import as_said, doubt, interval_of, main_number, remark
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.headline import fallen, headline, outcome, percent
@@ -136,16 +136,11 @@ def _main_amount(effect: Entry) -> str:
 
 def _amount(entry: Entry, value: str = "value") -> str:
     """A number with its unit and interval, such as 6.2 N (5.8 to 6.6)."""
-    text, interval = quantity(entry[value], _interval(entry))
+    text, interval = quantity(entry[value], interval_of(entry))
     many = f"; one for each of {len(entry['values'])} experiments" if "values" in entry else ""
     unsure = f"; {doubts}" if (doubts := remark(entry)) else ""
     about = f"{interval}{many}{unsure}".removeprefix("; ")
     return f"{text} {unit_text(entry.get('unit'))}".strip() + (f" ({about})" if about else "")
-
-
-def _interval(entry: Entry) -> tuple[float, float] | None:
-    low, high = entry["interval"]
-    return None if None in (low, high) else (float(low), float(high))
 
 
 def _error(content: Entry, model: str) -> Error:
@@ -179,11 +174,13 @@ def _numbers(content: Entry) -> Iterator[Compared]:
         yield Compared(name, f"explains {percent(effect['shrink'])} of the gap")
         for key, given in effect["parameters"].items():
             entry = as_said(given)
-            interval = None if "values" in entry else _interval(entry)
+            interval = None if "values" in entry else interval_of(entry)
             symbol = entry.get("symbol", key)
             yield Compared(_with_unit(f"{symbol} of {name}", entry), _amount(entry), interval)
     for key, entry in content["parameters"].items():
-        yield Compared(_with_unit(f"parameter {key}", entry), _amount(entry, "identified"), _interval(entry))
+        yield Compared(
+            _with_unit(f"parameter {key}", entry), _amount(entry, "identified"), interval_of(entry)
+        )
 
 
 def _with_unit(name: str, entry: Entry) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from unmodelled.base.sure_numbers import as_said, remark
+from unmodelled.base.sure_numbers import as_said, interval_of, remark
 from unmodelled.base.wording import effect_name, effect_names, law_name, place_name
 from unmodelled.report.numbers import number, quantity, short
 from unmodelled.report.tables import Cell, Table, error_cell, number_cell, unit_cell
@@ -33,7 +33,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
         rows = []
         for name, given in effect["parameters"].items():
             entry = as_said(given)
-            value, interval = quantity(entry["value"], _interval(entry["interval"]))
+            value, interval = quantity(entry["value"], interval_of(entry))
             note = f"one value for each of {len(entry['values'])} experiments" if "values" in entry else ""
             note = "; ".join(filter(None, (entry.get("words"), note, remark(given))))
             symbol = entry.get("symbol", name).replace("*", "·")
@@ -135,7 +135,7 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
     """Return the uncertain parameters of the system, as given and identified."""
     rows = []
     for name, entry in content["parameters"].items():
-        value, interval = quantity(entry["identified"], _interval(entry["interval"]))
+        value, interval = quantity(entry["identified"], interval_of(entry))
         cells = (
             Cell(name, name, note=remark(entry)),
             number_cell(entry["known"]),
@@ -261,9 +261,3 @@ def _rounded(value: float | None) -> Cell:
 
 def _share(value: float) -> Cell:
     return Cell(f"{100.0 * value:.3g} %", str(value))
-
-
-def _interval(values: Iterable[Any]) -> list[float] | None:
-    """None where an end is not a number."""
-    found = [float(value) for value in values if value is not None]
-    return found if len(found) == 2 else None

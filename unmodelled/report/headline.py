@@ -21,7 +21,7 @@ def headline(content: Mapping[str, Any]) -> str:
     if content["verdict"] == "check_logs":
         return "Check the logs first."
     if content["verdict"] == "no_gap":
-        return "No gap that any law or network predicts."
+        return "No gap that matters."
     if content["verdict"] in ("effect", "main_effect"):
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.machines.folders import system_of, text_of
 from unmodelled.effects.library import effects, without_own_laws
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
@@ -75,3 +76,8 @@ def test_a_place_without_laws_of_its_domain_says_so(
     kind = "balance" if key == "position" else "power"
     (note,) = without_own_laws(machine(tmp_path, effort, level, f"kind: {kind}"))
     assert f"no law of its domain ({kind})" in note and f"name a {key}" in note
+
+
+def test_a_system_without_ports_is_told(tmp_path: Path) -> None:
+    (note,) = without_own_laws(system_of(text_of("servo.yaml"), tmp_path))
+    assert note.startswith("the system file has no port: errors of drives, sensors and parameters were tried")

@@ -19,6 +19,8 @@ from unmodelled.systems.units import parse_unit
 Role = Literal["spread", "delay", "lag", "gain", "zero", "other"]
 #: Units of ratios, which are said in percent.
 RATIOS = ("", "1", "-")
+#: Share from which on a law removes more than it leaves.
+HALF = 0.5
 #: Share of a delay that all channels have, within which they have it alike: no window ends at one instant.
 ROUNDING = 0.05
 #: Words for parameters that lose power, by a unit of their dimension.
@@ -112,9 +114,17 @@ def small_gap(output: str, share: float, added: Added, kind: str, removed: float
 
 
 def most_alike(added: Added, kind: str, removed: float) -> str:
-    """Return a note on the most alike law where none is named; it would remove the share `removed`."""
-    (part,) = amounts([100.0 * removed], "%")
-    return f"most alike: {_kind(added, kind)} would remove {part} of the squared gap, less than it leaves"
+    """Return a note on the most alike law where none is named; it would remove the share `removed`.
+
+    That is its share where laws are compared; beside it, the gap shrinks by less than half.
+    """
+    (part,), law = amounts([100.0 * removed], "%"), _kind(added, kind)
+    if removed > HALF:
+        return (
+            f"most alike: {law} would remove {part} of the squared error where laws are compared, but hardly "
+            "any of the gap of experiments that are left out of its fit: it is not named"
+        )
+    return f"most alike: {law} would remove {part} of the squared gap, less than it leaves"
 
 
 def _kind(added: Added, kind: str) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -21,22 +22,37 @@ from unmodelled.systems.units import describe, parse_unit, power, times
 _STEP, _ROUNDING, _FRACTION = 1e-4, 1e-6, 4
 
 
+@dataclass(frozen=True)
+class Over:
+    """A number over powers of guesses, which logs know where they do not know the number."""
+
+    symbol: str  # with a place for that of the number, such as "{}/k"
+    unit: str  # SI
+    divisor: float  # of the value, SI
+    given: tuple[str, ...]  # the guesses with their values
+
+    @property
+    def missing(self) -> str:
+        """Return what must be known first for the number itself."""
+        return listed(each.partition(" = ")[0] for each in self.given)
+
+
+def over_guesses(found: Diagnosis) -> dict[str, Over]:
+    """Return what is known of fitted numbers that are in proportion to guesses, by their names."""
+    return _over(_told(found), {p.name: p for p in found.augmented.system.parameters})
+
+
 def resting_on_guesses(found: Diagnosis) -> Iterator[str]:
     """Yield a note on every guessed number that the fits hold: what follows without it, and what does not."""
-    system = found.augmented.system
-    known = {p.name: p for p in system.parameters}
-    effects = {n: e.value for effect in found.effects for n, e in effect.estimates.items() if n in known}
-    fitted = {**effects, **{n: e.value for n, e in found.parameters.items()}}
-    for guess in (p for p in known.values() if p.guess and not p.identify):
+    known, fitted = {p.name: p for p in found.augmented.system.parameters}, _fitted(found)
+    for guess, exponents in _told(found):
         told = f"{guess.name} = {quantity(guess.value, guess.unit)} is a guess of the system file"
-        exponents = proportions(system, found.augmented.logs, guess, list(fitted))
         if exponents is None:
             yield f"{told}, and was held: mark it identify: true to fit it, or measure it"
             continue
         ratios = [
-            _ratio(known[name], value, guess, exponents[name])
-            for name, value in fitted.items()
-            if exponents[name]
+            f"{over.symbol.format(name)} = {quantity(fitted[name] / over.divisor, over.unit)}"
+            for name, over in _over([(guess, exponents)], known).items()
         ]
         if ratios:
             yield (
@@ -45,13 +61,35 @@ def resting_on_guesses(found: Diagnosis) -> Iterator[str]:
             )
 
 
-def _ratio(number: Parameter, value: float, guess: Parameter, exponent: Fraction) -> str:
-    """A fitted number over the power of the guess that it is in proportion to."""
-    own, other = (parse_unit(p.unit).dimension for p in (number, guess))
-    unit = describe(times(own, power(other, -exponent)))
-    raised = guess.name if abs(exponent) == 1 else f"{guess.name}^({abs(exponent)})"
-    sign = "/" if exponent > 0 else "*"
-    return f"{number.name}{sign}{raised} = {quantity(value / guess.value ** float(exponent), unit)}"
+def _fitted(found: Diagnosis) -> dict[str, float]:
+    """The fitted numbers, of effects first."""
+    known = {p.name for p in found.augmented.system.parameters}
+    effects = {n: e.value for effect in found.effects for n, e in effect.estimates.items() if n in known}
+    return {**effects, **{n: e.value for n, e in found.parameters.items()}}
+
+
+def _told(found: Diagnosis) -> list[tuple[Parameter, Mapping[str, Fraction] | None]]:
+    """The guesses that the fits hold, with the exponents of fitted numbers that are in proportion to them."""
+    system, names = found.augmented.system, list(_fitted(found))
+    guesses = [p for p in system.parameters if p.guess and not p.identify]
+    return [(guess, proportions(system, found.augmented.logs, guess, names)) for guess in guesses]
+
+
+def _over(
+    told: Iterable[tuple[Parameter, Mapping[str, Fraction] | None]], known: Mapping[str, Parameter]
+) -> dict[str, Over]:
+    over: dict[str, Over] = {}
+    for guess, exponents in told:
+        for name, exponent in (exponents or {}).items():
+            if exponent:
+                before = over.get(name, Over("{}", known[name].unit, 1.0, ()))
+                own, other = (parse_unit(unit).dimension for unit in (before.unit, guess.unit))
+                raised = guess.name if abs(exponent) == 1 else f"{guess.name}^({abs(exponent)})"
+                symbol = f"{before.symbol}{'/' if exponent > 0 else '*'}{raised}"
+                unit = describe(times(own, power(other, -exponent)))
+                given = (*before.given, f"{guess.name} = {quantity(guess.value, guess.unit)}")
+                over[name] = Over(symbol, unit, before.divisor * guess.value ** float(exponent), given)
+    return over
 
 
 def proportions(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from unmodelled.base.kind_words import kind_sentence, strangers_sentence
-from unmodelled.base.sure_numbers import doubt, remark
+from unmodelled.base.sure_numbers import doubt, interval_of, remark
 from unmodelled.base.wording import level_name, place_name
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.data.gap import Off
@@ -19,7 +19,7 @@ Entry = Mapping[str, Any]
 VERDICTS = {
     "effect": "an effect that the model omits explains the gap",
     "main_effect": "an effect that the model omits explains a part of the gap, more is missing",
-    "no_gap": "no law explains these logs better than the re-identified model",
+    "no_gap": "no gap that matters, what the re-identified model leaves names no law",
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
@@ -150,8 +150,9 @@ def numbers_of(effect: Entry) -> Iterator[str]:
             continue
         whole = f" of {number['whole']:.4g}" if "whole" in number else ""
         words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
-        told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
-        yield f"{told} ({_interval(number['interval'])}){words}"
+        value = _number(number["value"], _digits(number))
+        told = f"{number['symbol']} = {value}{whole}{_unit(number['unit'])}"
+        yield f"{told}{_sure(number)}{words}"
 
 
 def _chain(content: Entry) -> Iterator[str]:
@@ -163,7 +164,7 @@ def _chain(content: Entry) -> Iterator[str]:
 
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
     for name, e in each.items():
-        found = f"{_number(e['identified'])}{_unit(e['unit'])} ({_interval(e['interval'])})"
+        found = f"{_number(e['identified'], _digits(e))}{_unit(e['unit'])}{_sure(e)}"
         unsure = f", {doubts}" if (doubts := remark(e)) else ""
         yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file{unsure}"
 
@@ -182,7 +183,7 @@ def _gap(content: Entry) -> Iterator[str]:
         floor = f"noise floor {gap['floor']:.3g}"
         yield f"gap: {values}, {floor} (in standard deviations of the outputs, on {where})"
     yield f"persistence: {gap['persistence']:.3g}, the error if every output kept its value or its speed"
-    if not checked:
+    if content["effects"] or gap["shrink"]:  # nothing shrinks where nothing is named
         low, high = (100.0 * end for end in gap["interval"])
         yield (
             f"shrink: {100.0 * gap['shrink']:.0f} % of the squared gap above the noise floor "
@@ -232,7 +233,16 @@ def _number(value: float | None, digits: int = 4) -> str:
     return "undefined" if value is None else f"{value:.{digits}g}"
 
 
-def _interval(interval: Sequence[float | None]) -> str:
-    each = ([_number(end, digits) for end in interval] for digits in range(4, 10))
-    low, high = next((ends for ends in each if ends[0] != ends[1]), [_number(end) for end in interval])
-    return f"95 % interval {low} to {high}"
+def _sure(entry: Entry) -> str:
+    """The interval of a number in brackets; "" where it does not tell how sure the number is."""
+    interval = entry["interval"]
+    if None not in interval and interval_of(entry) is None:
+        return ""
+    low, high = (_number(end, _digits(entry)) for end in interval)
+    return f" (95 % interval {low} to {high})"
+
+
+def _digits(entry: Entry) -> int:
+    """Significant digits of a number and of its interval, by which the ends differ."""
+    each = (digits for digits in range(4, 10) if len({_number(e, digits) for e in entry["interval"]}) > 1)
+    return 4 if interval_of(entry) is None else next(each, 4)

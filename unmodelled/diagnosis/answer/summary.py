@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from unmodelled.base.answers import SCHEMA
-from unmodelled.base.wording import amounts, part_of
 from unmodelled.diagnosis.answer.chain_sentences import chain_entry
 from unmodelled.diagnosis.answer.compensation import compensations, file_of, is_compensated
+from unmodelled.diagnosis.answer.guesses import Over, over_guesses
+from unmodelled.diagnosis.answer.said_numbers import phrase, shown_number
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import (
     Compared,
@@ -27,15 +28,15 @@ from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.library import kind_of
 from unmodelled.effects.place import Place
-from unmodelled.effects.telling import Said, said, told_wave
 
 if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
     from unmodelled.diagnosis.answer.robot_file import RobotFile
 
 Ports = Mapping[Place, str]
 
-#: Significant digits of a number; of a number in a phrase, and of a ratio there, which has no unit, one less.
-DIGITS, SAID_DIGITS = 8, 3
+NONE: Mapping[str, Over] = {}
+#: Significant digits of a number.
+DIGITS = 8
 
 
 def summary(
@@ -61,6 +62,7 @@ def summary(
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
     """
     ports, files = _ports(diagnosis), compensations(diagnosis)
+    over = {} if diagnosis.verdict == "check_logs" else over_guesses(diagnosis)
     content = {
         "schema": SCHEMA,
         "system": diagnosis.system.name,
@@ -68,14 +70,14 @@ def summary(
         "verdict": diagnosis.verdict,
         "confidence": diagnosis.confidence,
         "chance": diagnosis.chance,
-        "effects": [_effect(found, ports, files) for found in diagnosis.effects],
+        "effects": [_effect(found, ports, files, over) for found in diagnosis.effects],
         "remainder": _remainder(diagnosis),
         "where": {
             name: list(getattr(where, name)) for name in ("channels", "regions", "factors", "experiments")
         },
         "gap": _gap(diagnosis),
         "parameters": {
-            name: {"known": e.known, "identified": e.value} | _about(e)
+            name: {"known": e.known, "identified": e.value} | _about(e, ("guess",) if name in over else ())
             for name, e in diagnosis.parameters.items()
         },
         "comparison": [_compared(candidate, ports) for candidate in diagnosis.comparison],
@@ -96,12 +98,14 @@ def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
 
-def _effect(found: DiagnosedEffect, ports: Ports, files: Collection[str] = ()) -> dict[str, Any]:
+def _effect(
+    found: DiagnosedEffect, ports: Ports, files: Collection[str] = (), over: Mapping[str, Over] = NONE
+) -> dict[str, Any]:
     numbers = {
         name: {"value": estimate.value} | _about(estimate) for name, estimate in found.estimates.items()
     }
     numbers |= {name: _own(found.added.units[name], values) for name, values in found.own.items()}
-    text, file = _phrase(found), file_of(found.added) if is_compensated(found) else ""
+    text, file = phrase(found, over), file_of(found.added) if is_compensated(found) else ""
     own, *others = _likely(found)
     return (
         _named(found.added, ports)
@@ -111,7 +115,8 @@ def _effect(found: DiagnosedEffect, ports: Ports, files: Collection[str] = ()) -
             **({"text": text} if text else {}),
             **({"compensation": file} if file in files else {}),
             "parameters": {
-                name: {**each, **_shown(found.added, name, each)} for name, each in numbers.items()
+                name: {**each, **shown_number(found.added, name, each, over.get(name))}
+                for name, each in numbers.items()
             },
             "confidence": found.confidence,
             "shrink": found.shrink,
@@ -152,45 +157,6 @@ def _evidence(one: Evidence, ports: Ports) -> dict[str, Any]:
     return _named(one.added, ports) | numbers
 
 
-def _shown(added: Added, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """The entry `shown` of a number, as a person says it; nothing where the number is said as it is."""
-    number = said(added, name, (entry["value"], *entry["interval"]))
-    value, *interval = number.values
-    if (number.symbol, number.words, number.unit) == (name, "", added.units[name]):
-        return {}
-    about = {"symbol": number.symbol, "words": number.words, "value": value, "unit": number.unit}
-    whole = {} if number.whole is None else {"whole": number.whole}
-    return {"shown": {**about, "interval": interval, **whole}}
-
-
-def _phrase(found: DiagnosedEffect) -> str:
-    """An effect in a few words with its numbers; "" where its law has none, or a number is doubtful."""
-    text, numbers = found.added.phrase, found.estimates
-    named = {name for name in numbers if f"{{{name}}}" in text}
-    waves = (wave for name, wave in found.added.waves.items() if name in named)
-    beside = {str(name) for wave in waves for name in (wave.cosine, wave.times)} & numbers.keys()
-    if not text or text.count("{") != len(named) or not all(numbers[name].sure for name in named | beside):
-        return ""
-    return text.format_map({name: _told(found, name) for name in named})
-
-
-def _told(found: DiagnosedEffect, name: str) -> str:
-    """A number of an effect with its unit, or the wave of which it is the amplitude of the sine."""
-    values = {n: estimate.value for n, estimate in found.estimates.items()}
-    if name in found.added.waves:
-        return told_wave(found.added, name, values, SAID_DIGITS)
-    return _amount(said(found.added, name, (values[name],)))
-
-
-def _amount(number: Said) -> str:
-    """The first value of a number with its unit, beside the whole of which it is a part."""
-    (value, *_) = number.values
-    if number.whole is not None:
-        return part_of(value, number.whole, number.unit)
-    ratio = number.unit in ("", "1", "-")
-    return amounts([value], number.unit, SAID_DIGITS - ratio)[0]
-
-
 def _named(added: Added, ports: Ports) -> dict[str, Any]:
     """Which effect it is and where it acts."""
     place = added.place
@@ -222,10 +188,11 @@ def _fault(fault: LogFault) -> list[dict[str, Any]]:
     return [{"channel": channel} | about for channel in fault.channels]
 
 
-def _about(estimate: Estimate) -> dict[str, Any]:
-    """Unit and uncertainty of a number."""
-    names = ("unit", "interval", "determined", "at_bound", *(["remarks"] if estimate.remarks else []))
-    return {name: getattr(estimate, name) for name in names}
+def _about(estimate: Estimate, more: Sequence[str] = ()) -> dict[str, Any]:
+    """Unit and uncertainty of a number, with further kinds of remarks."""
+    found = {name: getattr(estimate, name) for name in ("unit", "interval", "determined", "at_bound")}
+    remarks = [*estimate.remarks, *more]
+    return {**found, "remarks": remarks} if remarks else found
 
 
 def _own(unit: str, values: Mapping[str, float]) -> dict[str, Any]:

@@ -8,13 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
+from unmodelled.logs.clock import LONGEST_GAP
 from unmodelled.logs.differentiate import noise, quantum
-from unmodelled.logs.inspection.frozen import NOISY, REPEATED, enough_without
+from unmodelled.logs.inspection.frozen import NOISY, REPEATED, enough_without, stretches_of
 from unmodelled.logs.inspection.signal import Finding, Run, Signal
+from unmodelled.logs.inspection.spikes import quick_at
 
 KIND = "clipped"
 #: Fewest samples at an end, and their number in that of a channel that comes near it by chance.
 FEWEST, MANY = 10, 5.0
+#: Steps of a coarse channel by which its pace before an end would lead beyond it, at least; a peak within one
+#: step leads 3 beyond. Pace is over this many steps, and neither doubles nor halves on the way.
+BEYOND, PACED, EVEN = 6.0, 3.0, 2.0
 #: Smallest and largest value of a channel; infinite where its range has no end.
 Ends = tuple[float, float]
 ENDLESS: Ends = (-np.inf, np.inf)
@@ -27,6 +32,7 @@ class _Clipped:
     signal: Signal
     ends: Ends
     rows: list[Mask]  # samples at an end, (samples,) of every run
+    coarse: bool = False  # whether steps hide the noise, so that the machine may end there as well
 
     @property
     def values(self) -> str:
@@ -39,7 +45,10 @@ class _Clipped:
     def findings(self, runs: Sequence[Run], cured: bool) -> Iterator[Finding]:
         """Yield a finding for every run with such samples."""
         cure = "these are left out; a sensor with a larger range shows more"
-        cure = cure if cured else "too little remains without these; measure with a larger range"
+        if self.coarse:
+            cure = "if the sensor ends there, leave these times out or measure with a larger range"
+        elif not cured:
+            cure = "too little remains without these; measure with a larger range"
         share = 100.0 * float(np.mean(np.concatenate(self.rows)))
         what = f"stands at its {self.values} in {share:.2g} % of the samples, {{count}} of them"
         for run, rows in zip(runs, self.rows, strict=True):
@@ -57,21 +66,33 @@ def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
     """
     found, runs, limits = list[Finding](), list(runs), dict[str, Ends]()
     for signal in runs[0].signals:
-        mine = _clipped(runs, signal)
+        mine = _clipped(runs, signal) or _coarse(runs, signal)
         if mine is None:
             continue
         cuts = signal.role in ("input", "position")
-        cured = not cuts or all(map(enough_without, mine.rows))
+        wide = [_wide(rows) for rows in mine.rows] if cuts else mine.rows
+        cured = not mine.coarse and (not cuts or all(map(enough_without, wide)))
         found += mine.findings(runs, cured)
         if not cured:
             continue
         if cuts:
-            runs = [
-                run.without(rows) if rows.any() else run for run, rows in zip(runs, mine.rows, strict=True)
-            ]
+            runs = [run.without(rows) if rows.any() else run for run, rows in zip(runs, wide, strict=True)]
         else:
             limits[signal.column] = mine.ends
     return runs, found, limits
+
+
+def _wide(rows: Mask) -> Mask:
+    """Return samples (samples,) with those beside short stretches, so that runs are cut there.
+
+    Otherwise, an input would be read straight across a peak that nobody knows.
+    """
+    wide = rows.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]]).astype(np.int8)))
+    for start, end in edges.reshape(-1, 2).tolist():
+        more = max(0, -((end - start - int(LONGEST_GAP)) // 2))
+        wide[max(0, start - more) : end + more] = True
+    return wide
 
 
 def _clipped(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
@@ -109,3 +130,50 @@ def _repeats(parts: Sequence[Array], ends: Ends) -> bool:
     same = [np.diff(part) == 0.0 for part in parts]
     count = sum(int(mask.sum()) for mask in inner)
     return sum(int((a & b).sum()) for a, b in zip(inner, same, strict=True)) > REPEATED * count
+
+
+def _coarse(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
+    """Return the ends of a channel whose steps hide its noise: it moves on, stands there, and moves on again.
+
+    Positions end at stops; a machine that settles slows down before; an input that jumps turns its course.
+    """
+    parts = [run.values[signal.column] for run in runs]
+    values, step = np.concatenate(parts), max(map(quantum, parts))
+    if not signal.measured or signal.role == "position" or step == 0.0 or np.ptp(values) == 0.0:
+        return None
+    ends = float(values.min()), float(values.max())
+    visits = [0, 0]
+    for run, part in zip(runs, parts, strict=True):
+        turned = quick_at(run, signal)
+        for stretch in stretches_of(part):
+            if part[stretch[0]] in ends and _goes_beyond(part, stretch, step, turned):
+                visits[ends.index(part[stretch[0]])] += 1
+    at = [count > 1 and end != signal.zero for count, end in zip(visits, ends, strict=True)]
+    if not any(at):
+        return None
+    low, high = (end if is_one else none for end, is_one, none in zip(ends, at, ENDLESS, strict=True))
+    return _Clipped(signal, (low, high), [(part <= low) | (part >= high) for part in parts], coarse=True)
+
+
+def _goes_beyond(values: Array, stretch: tuple[int, int], step: float, turned: Mask) -> bool:
+    """Return whether the pace before and after a stretch leads far beyond it within half of its time.
+
+    Where inputs jump, in the mask (samples,) `turned`, within a step of either end, the pace changes there.
+    """
+    start, end = stretch
+    pace = min(_pace(values[:start][::-1], step), _pace(values[end:], step))
+    if 0.5 * (end - start) * pace <= BEYOND * step:
+        return False
+    near = int(step / pace) + 1
+    return not (turned[max(0, start - near) : start + near].any() or turned[end - near : end + near].any())
+
+
+def _pace(away: Array, step: float) -> float:
+    """Return the even pace of a course (samples,), per sample, near its first sample; 0 if it has none."""
+    gone = np.abs(away - away[:1])
+    far = np.flatnonzero(gone >= PACED * step)
+    reach = max(int(far[0]), 2) if len(far) else len(away)
+    if len(away) <= 2 * reach:
+        return 0.0
+    first, second = float(gone[reach]), float(gone[2 * reach] - gone[reach])
+    return first / reach if second / EVEN <= first <= EVEN * second else 0.0

@@ -70,8 +70,9 @@ def _overflow(parts: Sequence[Array], signal: Signal) -> _Overflow | None:
     rest = float(size[~jumps].max(initial=0.0))
     if not 0 < jumps.sum() <= MOST * len(values) or size.max() < LARGE * rest or rest == 0.0:
         return None
-    if signal.role != "position" and float(values.min()) >= signal.zero:
-        return None  # where a run begins in the counter's range, nobody knows
+    jumping = [part for part in parts if np.abs(np.diff(part)).max(initial=0.0) > 0.5 * size.max()]
+    if signal.role != "position" and any(float(part.min()) >= signal.zero for part in jumping):
+        return None  # where such a run begins in the counter's range, nobody knows
     at = np.flatnonzero(jumps)
     if np.ptp(size[jumps]) > 2.0 * rest or not _goes_on(at):
         return None

@@ -43,7 +43,7 @@ def frozen(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
     for signal in runs[0].signals:
         levels = _levels(runs, signal)
         stretches = [
-            [s for s in _stretches(run.values[signal.column]) if _is_frozen(run, signal, s, levels)]
+            [s for s in stretches_of(run.values[signal.column]) if _is_frozen(run, signal, s, levels)]
             for run in runs
         ]
         rows = [_rows(run, own) for run, own in zip(runs, stretches, strict=True)]
@@ -64,7 +64,7 @@ def frozen(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
 def _levels(runs: Sequence[Run], signal: Signal) -> set[float]:
     """Return the values at which a channel stands more than once in all runs: commanded, or its ends."""
     values = [run.values[signal.column] for run in runs]
-    held = Counter(float(part[start]) for part in values for start, _ in _stretches(part))
+    held = Counter(float(part[start]) for part in values for start, _ in stretches_of(part))
     return {value for value, count in held.items() if count > 1}
 
 
@@ -76,8 +76,8 @@ def _rows(run: Run, stretches: Sequence[tuple[int, int]]) -> Mask:
     return rows
 
 
-def _stretches(values: Array) -> Iterator[tuple[int, int]]:
-    """Yield first samples of equal ones, and the samples after the last."""
+def stretches_of(values: Array) -> Iterator[tuple[int, int]]:
+    """Yield first samples of equal ones, and the samples after the last, of values (samples,)."""
     edges = np.flatnonzero(np.concatenate([[True], np.diff(values) != 0.0, [True]]))
     for start, end in pairwise(edges.tolist()):
         if end - start >= FEWEST:
@@ -122,7 +122,7 @@ def _noisy(values: Array, stretch: tuple[int, int]) -> bool:
     """
     same, rough = np.diff(values) == 0.0, np.abs(np.diff(values, 2))
     free = np.ones(len(values), np.bool_)
-    for start, end in _stretches(values):
+    for start, end in stretches_of(values):
         same[start : end - 1] = False
         free[start + 1 : end] = False
     moving = values[free]  # a stretch to the end can be most of a run
@@ -145,7 +145,7 @@ def _paused(values: Array, stretch: tuple[int, int], span: float) -> bool:
         return False
     change: Array = np.abs(np.diff(values))
     free = np.ones(len(change), np.bool_)
-    for first, last in _stretches(values):
+    for first, last in stretches_of(values):
         free[[max(0, first - 1), min(last, len(values) - 1) - 1]] = False
     usual = change[free & (change > 0.0)]
     if not len(usual) or change[end - 1] < max(JUMP_INPUT * float(usual.max()), LEAST * span):

@@ -29,6 +29,8 @@ class Look(Protocol):
 LOOKS: tuple[Look, ...] = (register, frozen, counter, spikes)
 #: Rounds in which the looks see what others have cured: behind spikes a counter may overflow.
 ROUNDS = 3
+#: Words of a count of one.
+ONCE = {" 1 times": " once", " 1 spikes": " a spike", " 1 samples": " 1 sample"}
 #: What was done where a mapping turns cures off.
 OFF = "nothing was changed, as the mapping says cure: false"
 
@@ -94,7 +96,9 @@ def sentences(findings: Sequence[Finding], clock: str = "s") -> Iterator[str]:
         runs = list(dict.fromkeys(each.run for each in same))
         count, first = sum(each.count for each in same), same[0]
         where = f"in {_listed(runs)} (the first one at t = {on_clock(first.first, clock)} of {runs[0]})"
-        what = first.what.format(count=count).replace(" 1 times", " once")
+        what = first.what.format(count=count)
+        for several, one in ONCE.items():
+            what = what.replace(several, one)
         yield f"{first.channel} {what} {where}: {first.cure}"
 
 

@@ -80,12 +80,17 @@ def register(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
 
 
 def register_of(parts: Sequence[Array], signal: Signal) -> Register | None:
-    """Return how numbers of all runs (samples,) are to be read; None where they are right."""
-    values = np.concatenate(parts)
-    if float(values.min()) < signal.zero or np.ptp(values) == 0.0:
+    """Return how numbers of all runs (samples,) are to be read; None where they are right.
+
+    In other runs a channel may be logged with its sign: decoding leaves such numbers as they are.
+    """
+    signed, unsigned = list[Array](), list[Array]()
+    for part in parts:
+        (signed if float(part.min()) < signal.zero else unsigned).append(part)
+    if not unsigned or np.ptp(np.concatenate(unsigned)) == 0.0:
         return None
-    for kind in _likely(values, signal):
-        if _is(kind, parts, signal):
+    for kind in _likely(np.concatenate(unsigned), signal):
+        if _is(kind, unsigned, signal) and not any(kind.negative(part).any() for part in signed):
             return kind
     return None
 

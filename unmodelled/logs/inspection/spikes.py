@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -33,49 +33,65 @@ TURN = 2.0 * np.pi
 
 
 def spikes(runs: Sequence[Run]) -> tuple[list[Run], list[Finding]]:
-    """Replace spikes by the course of the samples around them."""
-    cured = [_without_spikes(run) for run in runs]
-    return [run for run, _ in cured], [each for _, found in cured for each in found]
+    """Replace spikes by the course of the samples around them, of a channel in all runs or in none."""
+    found, runs = list[Finding](), list(runs)
+    for signal in runs[0].signals:
+        masks = [_spikes(run, signal) for run in runs]
+        many = [_too_many(run, signal, bad) for run, bad in zip(runs, masks, strict=True)]
+        if not any(bad.any() and bad.mean() <= MOST for bad in masks):
+            continue  # none, or so many that they are a course of their own
+        for k, (run, bad) in enumerate(zip(runs, masks, strict=True)):
+            if bad.any():
+                found.append(_finding(run, signal, bad, not any(many)))
+                runs[k] = run if any(many) else _without(run, signal, bad)
+    return runs, found
 
 
-def _without_spikes(run: Run) -> tuple[Run, list[Finding]]:
-    found = list[Finding]()
-    for signal, bad in _spikes(run):
-        values, k = run.values[signal.column].copy(), np.arange(len(run.t))
-        zeros = bool((values[bad] == 0.0).all())
-        kind: Kind = "linear" if signal.role == "input" else "cubic"
-        values[bad] = read_at(run.t[~bad], values[~bad], run.t[bad], kind)
-        run = run.with_values(signal, values)
-        first = float(run.t[k[bad][0]] - run.t[0])
-        what = "falls to 0 in {count} samples" if zeros else "has {count} spikes of up to three samples"
-        cure = "they were left out and read between their neighbours; check the sensor's cable or bus"
-        found.append(Finding(KIND, signal.name, run.name, int(bad.sum()), first, what, cure))
-    return run, found
+def _finding(run: Run, signal: Signal, bad: Mask, cured: bool) -> Finding:
+    zeros = bool((run.values[signal.column][bad] == 0.0).all())
+    first = float(run.t[np.argmax(bad)] - run.t[0])
+    what = "falls to 0 in {count} samples" if zeros else "has {count} spikes of up to three samples"
+    cure = "they were left out and read between their neighbours; check the sensor's cable or bus"
+    if not cured:
+        cure = "a run has too many, so that nothing was changed; leave that run out, or repair the sensor"
+    return Finding(KIND, signal.name, run.name, int(bad.sum()), first, what, cure, cured)
 
 
-def _spikes(run: Run) -> Iterator[tuple[Signal, Mask]]:
-    """Yield channels with the masks of their spikes."""
-    for signal in run.signals:
-        course = run.course(signal)
-        height = np.abs(course.values - course.smooth)
-        if signal.unit.strip() == "rad":
-            height = np.minimum(height, np.abs(height - TURN))
-        tall = height > LEAST * run.spans[signal.column]
-        far, driven = _far(course, signal), _driven(run, signal)
-        if signal.role == "position":  # of a servo that is logged rarely, quick where its goal jumps
-            bad = tall & (height > HEIGHT * course.steps) & (far | ~driven)
-        else:
-            bad = tall & (height > HEIGHT_GARBAGE * course.steps) & far & ~driven
-        if bad.any() and bad.mean() <= MOST:
-            bad &= _stands_off(course.values, bad)[0] > HEIGHT
-        if signal.role == "state":  # what stores stays: a speed does not go there and back in three samples
-            single = _short(tall & (height > HEIGHT * course.steps) & ~driven)
-            if single.any() and single.mean() <= MOST:
-                bad |= single & (_stands_off(course.values, single)[0] > HEIGHT_ZEROS)
-        if signal.role != "other":
-            bad |= _dropouts(course.values, LEAST * run.spans[signal.column])
-        if bad.any() and bad.mean() <= MOST and np.ptp(course.smooth) > 0.0:
-            yield signal, bad
+def _without(run: Run, signal: Signal, bad: Mask) -> Run:
+    values = run.values[signal.column].copy()
+    kind: Kind = "linear" if signal.role == "input" else "cubic"
+    values[bad] = read_at(run.t[~bad], values[~bad], run.t[bad], kind)
+    return run.with_values(signal, values)
+
+
+def _too_many(run: Run, signal: Signal, bad: Mask) -> bool:
+    """Return whether spikes, or zeros beside them, are so many that their neighbours show no course."""
+    values = run.values[signal.column]
+    zeros = bool(bad.any() and (values[bad] == 0.0).all())
+    return bool(bad.mean() > MOST or (zeros and (_short(values == 0.0) | bad).mean() > MOST))
+
+
+def _spikes(run: Run, signal: Signal) -> Mask:
+    """Return the samples, shape (samples,), of spikes in a channel; more than `MOST` as they stand out."""
+    course = run.course(signal)
+    height = np.abs(course.values - course.smooth)
+    if signal.unit.strip() == "rad":
+        height = np.minimum(height, np.abs(height - TURN))
+    tall = height > LEAST * run.spans[signal.column]
+    far, driven = _far(course, signal), quick_at(run, signal)
+    if signal.role == "position":  # of a servo that is logged rarely, quick where its goal jumps
+        bad = tall & (height > HEIGHT * course.steps) & (far | ~driven)
+    else:
+        bad = tall & (height > HEIGHT_GARBAGE * course.steps) & far & ~driven
+    if bad.any() and bad.mean() <= MOST:
+        bad &= _stands_off(course.values, bad)[0] > HEIGHT
+    if signal.role == "state":  # what stores stays: a speed does not go there and back in three samples
+        single = _short(tall & (height > HEIGHT * course.steps) & ~driven)
+        if single.any() and single.mean() <= MOST:
+            bad |= single & (_stands_off(course.values, single)[0] > HEIGHT_ZEROS)
+    if signal.role != "other":
+        bad |= _dropouts(course.values, LEAST * run.spans[signal.column])
+    return bad if np.ptp(course.smooth) > 0.0 else np.zeros_like(bad)
 
 
 def _far(course: Course, signal: Signal) -> Mask:
@@ -126,7 +142,7 @@ def _short(mask: Mask) -> Mask:
     return np.asarray(mask & ~maximum_filter1d(long, 2 * LONGEST + 1).astype(np.bool_))
 
 
-def _driven(run: Run, signal: Signal) -> Mask:
+def quick_at(run: Run, signal: Signal) -> Mask:
     """Return the samples, shape (samples,), at which another channel that is an input jumps."""
     driven = np.zeros(len(run.t), np.bool_)
     for other in run.signals:

@@ -15,7 +15,7 @@ import pandas as pd
 
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.logs.readers.delimited import filled
-from unmodelled.logs.readers.dialect import NUMBER, is_value, split
+from unmodelled.logs.readers.dialect import NAMED, NUMBER, is_value, split
 from unmodelled.logs.readers.long import clock_of
 from unmodelled.logs.readers.reader import START, Reader, Table
 from unmodelled.logs.recognition import COMMENT
@@ -136,11 +136,20 @@ def _separator(start: bytes) -> str | None:
 
 
 def _timed(kinds: Mapping[str, list[list[str]]]) -> bool:
-    """Whether a time that grows stands behind the name of every message that is written often."""
-    often = [[row[0] for row in rows[-LINES:]] for rows in kinds.values() if len(rows) >= LINES]
+    """Whether a time that grows stands behind the name of every message that is written often.
+
+    It may have its name before it: `t=1.5`.
+    """
+    often = [[_bare(row[0]) for row in rows[-LINES:]] for rows in kinds.values() if len(rows) >= LINES]
     numbers = [float(cell) for cells in often for cell in cells if NUMBER.fullmatch(cell)]
     steps = np.diff(np.reshape(numbers, (-1, LINES))) if len(numbers) == LINES * len(often) else np.zeros(1)
     return bool((steps >= 0.0).all() and steps.any())
+
+
+def _bare(cell: str) -> str:
+    """A cell without the name of its number."""
+    named = NAMED.fullmatch(cell)
+    return named[2] if named else cell
 
 
 def _kinds(lines: Sequence[str], separator: str) -> dict[str, list[list[str]]]:
