@@ -60,3 +60,5 @@ def test_an_output_that_no_window_has_changes_no_other() -> None:
     both = scale(squares, samples)
     assert both[0] == scale(squares[:, :1], samples[:, :1])[0]
     assert np.all(np.isfinite(log_densities(squares, samples, both)))
+    squares[:, 1], samples[:, 1] = np.nan, 2.0  # of a fit that diverged
+    assert scale(squares, samples)[0] == both[0]

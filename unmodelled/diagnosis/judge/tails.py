@@ -21,8 +21,9 @@ def scale(squares: Array, samples: Array) -> Array:
 
     Iterations of PX-EM (Liu, Rubin and Wu 1998) from the median.
     """
-    silent = ~np.any(samples > 0.0, axis=0)  # outputs that no window has
-    each = np.where((samples > 0.0) | silent, squares / np.maximum(samples, 1e-300), np.nan)
+    known = (samples > 0.0) & np.isfinite(squares)
+    none = np.where(known.any(axis=0), np.nan, 0.0)  # 0: an output of no window, or of a fit that diverged
+    each = np.where(known, squares / np.maximum(samples, 1e-300), none)
     found = np.maximum(np.nanmedian(each, axis=0), 1e-300)
     for _ in range(ITERATIONS):
         w = shares(squares, samples, found)
