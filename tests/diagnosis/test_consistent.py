@@ -89,7 +89,7 @@ def test_an_effect_that_pays_only_with_another_one_says_so(tmp_path: Path) -> No
     small = replace(small, shrink=0.0, only_with=(large.added,))
     content = content_of(replace(found, effects=(replace(large, shrink=0.9, step=1), small)))
     lines = [line for line in sentences(content) if line.startswith("- ")]
-    assert [line.split(" at ")[0] for line in lines] == ["- constant_load", "- coulomb_friction"]
+    assert [line.split(" at ")[0] for line in lines] == ["- Constant load", "- Coulomb friction"]
     assert (
         "explains 0 % of the squared gap above the noise floor by itself, and pays only together " in lines[1]
     )

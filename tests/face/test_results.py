@@ -312,7 +312,7 @@ def test_what_cannot_be_diagnosed_is_refused_without_naming_files() -> None:
 
 
 def test_effects_and_places_print_themselves(answer: um.Answer) -> None:
-    assert "coulomb_friction" in repr(answer.effects[0])
+    assert "Coulomb friction at joint" in repr(answer.effects[0])
     assert "channels" in repr(answer.where) and "joint" in repr(answer.where)
     assert answer.where._repr_html_().count("<table") >= 2
 

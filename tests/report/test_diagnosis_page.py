@@ -98,9 +98,11 @@ def test_the_page_of_an_answer_by_evidence(
     write_page(out, COMMAND)
     text = (out / "index.html").read_text()
     page, plain = Page(text), text.replace("\xa0", " ")
-    kind = "Dry friction at joint, 94 %. Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %."
+    kind = "Dry friction at joint 94 %, damping at joint 2 %, something else 4 %"
     for part in (
-        f'<h1 class="sentence">{kind} Other kinds: viscous friction 2 %.</h1>',
+        f'<h1 class="sentence">{kind}</h1>',
+        "<p>Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %. Other kinds: viscous friction 2 %.</p>",
+        "<strong>Next:</strong> simulate augmented_system.yaml on new logs",
         "N m of Coulomb friction at joint: the error after 0.1 s falls from",
         f"<title>{kind}",
         "Experiment run1 does not follow this law: look at what was different there.",
@@ -165,7 +167,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     content = json.loads((folder / "diagnosis.json").read_text())
     nowhere = content["where"] | {"channels": [], "regions": [], "factors": []}
     text = page_of(folder, tmp_path / "none", verdict="no_gap", effects=[], where=nowhere)
-    assert "<h1>No gap that any law or network predicts.</h1>" in text
+    assert "<h1>These logs show nothing missing.</h1>" in text
     assert "Nowhere: there is no gap to divide." in text
     left = {"share": 0.11, "predictable": 0.07, "channel": "actuator:torque"}
     text = page_of(folder, tmp_path / "part", verdict="main_effect", remainder=left)
@@ -174,7 +176,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert "11\u202f% of the squared error; a network in every port predicts 7\u202f% of the whole." in text
     assert "The further effect that predicts best is at input torque." in text
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
-        "A gap that no known effect explains; 100\u202f% of it enters at joint"
+        "No law of the library explains the gap. What is left looks like an effort at joint (100\u202f%"
     )
 
 

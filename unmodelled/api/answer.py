@@ -91,7 +91,7 @@ class Answer:
     @cached_property
     def effects(self) -> tuple[NamedEffect, ...]:
         """Return the effects that the model leaves out, those with the largest shares first."""
-        return tuple(NamedEffect.of(entry) for entry in self.content["effects"])
+        return tuple(NamedEffect.of(entry, self.content) for entry in self.content["effects"])
 
     @cached_property
     def where(self) -> GapLocation:
@@ -210,8 +210,9 @@ class Answer:
 
         Columns: rank, hypothesis (its effects in words), score (mean logarithm of the squared error of
         left-out experiments over the noise, plus one; nats), difference from the named one and its standard
-        error over experiments, and named. The named one is the simplest that none beats by more than chance
-        and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
+        error over experiments, named, and probability (0 to 1, of the last effect beside those before it, as
+        titles tell it; nan where another form of the law stands for it). The named one is the simplest that
+        none beats by more than chance and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
         """
         return comparison_table(self.content)
 

@@ -70,11 +70,11 @@ def effect_name(entry: Mapping[str, Any]) -> str:
         >>> effect_name({"family": "parameter_error", "port": "bed", "parameter": "G"})
         'parameter error of G'
     """
-    if "signal" in entry:
+    if entry.get("signal") is not None:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
     law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
-    place = f"of {entry['parameter']}" if "parameter" in entry else f"at {place_name(str(entry['port']))}"
+    place = f"of {entry['parameter']}" if entry.get("parameter") else f"at {place_name(str(entry['port']))}"
     found = f"{law} {place}"
     if entry.get("factor") is not None:
         found += f", where {level_name(entry['factor'], entry['level'])}"

@@ -11,6 +11,7 @@ from typing import Any
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
 from unmodelled.base.kind_words import kind_name, kind_sentence, strangers_sentence
+from unmodelled.base.next_step import next_step
 from unmodelled.base.sure_numbers import as_said, doubt
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
@@ -30,7 +31,7 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import headline, kinds_of, outcome, percent, remains
+from unmodelled.report.headline import headline, outcome, percent, rankings, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, short, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file
@@ -132,7 +133,8 @@ def view(folder: Path) -> dict[str, Any]:
         "about": about,
         "headline": headline(content),
         "outcome": outcome(content),
-        "kinds": kinds_of(content),
+        "ranking": rankings(content),
+        "next": next_step(content),
         "strangers": strangers_sentence(content["strangers"]) if content.get("strangers") else "",
         "remains": remains(content),
         "drawing": machine_drawing(content, about["machine"]) if "machine" in about else "",

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from unmodelled.base.next_step import AUGMENTED
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.effects.columns import Member
@@ -14,7 +15,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Constant, Parameter, System
 from unmodelled.systems.writer import write_system
 
-FILE = "augmented_system.yaml"
+FILE = AUGMENTED
 
 
 def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:

@@ -111,12 +111,6 @@ def small_gap(output: str, share: float, added: Added, kind: str, removed: float
     )
 
 
-def most_alike(added: Added, kind: str, removed: float) -> str:
-    """Return a note on the most alike law where none is named; it would remove the share `removed`."""
-    (part,) = amounts([100.0 * removed], "%")
-    return f"most alike: {_kind(added, kind)} would remove {part} of the squared gap, less than it leaves"
-
-
 def _kind(added: Added, kind: str) -> str:
     """Kind and place in words."""
     place = added.place
