@@ -7,6 +7,7 @@ import shutil
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from tempfile import mkdtemp
@@ -70,6 +71,7 @@ class Answer:
         files = {"system": system.source, "logs": logs.source}
         try:
             sources = {name: str(Path(path).absolute()) for name, path in files.items() if path}
+            sources["made"] = datetime.now(UTC).isoformat(timespec="minutes")
             content = found.write(folder, sources=sources)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -212,7 +214,8 @@ class Answer:
         left-out experiments over the noise, plus one; nats), difference from the named one and its standard
         error over experiments, named, and probability (0 to 1, of the last effect beside those before it, as
         titles tell it; nan where another form of the law stands for it). The named one is the simplest that
-        none beats by more than chance and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
+        none beats by more than chance and by a material amount, so that others may stand above it
+        (Vehtari, Gelman and Gabry 2017).
         """
         return comparison_table(self.content)
 
@@ -267,7 +270,8 @@ class Answer:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
         out, page = Path(folder), lambda into: write_page(into, command_of(self.content))
-        sources = {"answer": str(self.folder), **self._sources}
+        files = {name: self._sources[name] for name in ("system", "logs") if name in self._sources}
+        sources = {"answer": str(self.folder), **files}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
             copy_results(self.folder, new, () if pages else (LIVE,))
             if not (new / SUMMARY).exists():

@@ -11,7 +11,7 @@ from typing import Any
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
 from unmodelled.base.kind_words import kind_name, kind_sentence, strangers_sentence
-from unmodelled.base.next_step import next_step
+from unmodelled.base.next_step import AUGMENTED, next_step
 from unmodelled.base.sure_numbers import as_said, doubt
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
@@ -40,6 +40,10 @@ from unmodelled.report.tables import Table
 from unmodelled.systems.units import parse_logged
 
 PAGE = "index.html"
+#: What the augmented system file changes, in the folder of the tables.
+CHANGES = "augmented_system.diff"
+#: Lines of that which a page shows.
+MOST_LINES = 200
 #: Outputs whose errors are sentences; those of more outputs are read more easily in their table.
 MOST_SENTENCES = 2
 
@@ -135,6 +139,9 @@ def view(folder: Path) -> dict[str, Any]:
         "outcome": outcome(content),
         "ranking": rankings(content),
         "next": next_step(content),
+        "offered": (folder / AUGMENTED).exists(),
+        "augmented_file": AUGMENTED,
+        "changes": _changes(folder / "tables" / CHANGES),
         "strangers": strangers_sentence(content["strangers"]) if content.get("strangers") else "",
         "remains": remains(content),
         "drawing": machine_drawing(content, about["machine"]) if "machine" in about else "",
@@ -218,6 +225,17 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
         "only_with": [effect_name(other) for other in effect.get("only_with", ())],
         "alike": [effect_name(other) for other in effect["indistinguishable"]],
     }
+
+
+def _changes(file: Path) -> list[tuple[str, str]]:
+    """Lines of a difference with what they are: added, removed, a place, or nothing of these."""
+    if not file.exists():
+        return []
+    marks = {"+": "added", "-": "removed", "@": "place"}
+    lines = file.read_text(encoding="utf-8").splitlines()[2:]
+    found = [(marks.get(line[:1], ""), line) for line in lines[:MOST_LINES]]
+    rest = len(lines) - len(found)
+    return [*found, *([("place", f"... and {rest} lines more")] if rest else [])]
 
 
 def _equation(law: str, left: str) -> str:
