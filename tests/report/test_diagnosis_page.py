@@ -21,7 +21,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.where import Where, where
-from unmodelled.report.diagnosis_page import write_page
+from unmodelled.report.diagnosis_page import command_of, write_page
 from unmodelled.report.figures.files import write_figures
 from unmodelled.report.formula import formula
 from unmodelled.report.headline import headline
@@ -79,7 +79,7 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     assert re.search(r">What remains is [\d.]+ times the error that sensor noise alone causes\.<", text)
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
     models = (tmp_path / "out" / "tables" / "models.csv").read_text().splitlines()
-    assert models[0] == "Model,Score (nats),Difference,Standard error"
+    assert models[0] == "Model,Probability,Why it is not the one,Difference,Standard error"
     assert [row.partition(",")[0] for row in models[1:]] == [
         *("Coulomb friction at joint", "viscous friction at joint", "no effect")
     ]
@@ -121,6 +121,36 @@ def test_the_page_of_an_answer_by_evidence(
     assert "sensor_gain,sensor:theta,4.3,0.07,%" in tables["chain_parts"]
     before = page_of(folder, tmp_path / "before")
     assert not {"made", "evidence", "chain_parts", "law_evidence"} & set(Page(before).ids)
+
+
+def test_every_law_that_was_fitted_has_its_error_and_why_it_is_not_the_one(
+    folder: Path, tmp_path: Path
+) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    errors = {"theta": {"value": 0.0123, "unit": "rad"}}
+    rows = [row | {"probability": 0.4, "errors": errors, "horizon": 0.1} for row in content["comparison"]]
+    text = page_of(folder, tmp_path / "out", comparison=rows)
+    plain = text.replace("\xa0", " ")
+    for part in (
+        ">12.3 mrad</td>",
+        "free runs over windows of 0.1 s",
+        "predicts experiments left out worse, by more than chance",
+        "the error that sensor noise alone causes is left",
+        "error of theta after 0.1 s, as given and with the effects",
+    ):
+        assert part in plain
+    search = json.loads(re.search(r'id="search-data">(.*?)</script>', text)[1])  # type: ignore[index]
+    assert any("12.3" in one["text"] and one["url"] == "#models" for one in search)
+    assert text.count('<p class="command">') == 1
+
+
+def test_the_command_of_a_page_has_relative_paths_and_all_that_was_given(tmp_path: Path) -> None:
+    files = {name: str(Path.cwd() / "machine" / name) for name in ("system", "logs", "laws")}
+    content = {"sources": files, "gap": {"horizon": 0.1}, "seed": 3, "options": {"level": 0.99}}
+    assert command_of(content, Path.cwd() / "answer") == (
+        "unmodelled diagnose system=machine/system logs=machine/logs laws=machine/laws horizon=0.1 seed=3 "
+        "'options={level: 0.99}' out=answer"
+    )
 
 
 SVG_NAME = "{http://www.w3.org/2000/svg}"

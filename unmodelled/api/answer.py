@@ -60,15 +60,16 @@ class Answer:
     given: tuple[System, Logs] | None = None
 
     @classmethod
-    def of(cls, found: Findings) -> Answer:
+    def of(cls, found: Findings, laws: str = "") -> Answer:
         """Write what a diagnosis has found into a temporary folder, which goes with the answer.
 
         Args:
             found: results of a diagnosis.
+            laws: path of the file of the laws that were tried, too; default "": none.
         """
         folder = Path(mkdtemp(prefix="unmodelled-"))
         system, logs = given = found.diagnosis.system, found.diagnosis.logs
-        files = {"system": system.source, "logs": logs.source}
+        files = {"system": system.source, "logs": logs.source, "laws": laws}
         try:
             sources = {name: str(Path(path).absolute()) for name, path in files.items() if path}
             sources["made"] = datetime.now(UTC).isoformat(timespec="minutes")
@@ -269,7 +270,7 @@ class Answer:
         Raises:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
-        out, page = Path(folder), lambda into: write_page(into, command_of(self.content))
+        out, page = Path(folder), lambda into: write_page(into, command_of(self.content, out))
         files = {name: self._sources[name] for name in ("system", "logs") if name in self._sources}
         sources = {"answer": str(self.folder), **files}
         with writing("diagnose", out, sources), replacing_folder(out) as new:

@@ -78,7 +78,8 @@ def diagnose(
     """
     limits = Options.of(options)
     own = given_laws(laws)
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits))
+    file = str(laws) if isinstance(laws, str | Path) else ""
+    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits), file)
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

@@ -7,8 +7,8 @@ from typing import Any
 
 from unmodelled.base.kind_words import kind_name, kind_sentence, ranking_sentence, strangers_sentence
 from unmodelled.base.next_step import next_step
-from unmodelled.base.sure_numbers import doubt, remark
-from unmodelled.base.wording import effect_name, place_name
+from unmodelled.base.sure_numbers import as_said, doubt, remark
+from unmodelled.base.wording import effect_name, number, place_name, quantity
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.gates.refusal import Refusal
 
@@ -102,16 +102,16 @@ def _capital(text: str) -> str:
 
 def numbers_of(effect: Entry) -> Iterator[str]:
     """Yield the numbers of an effect as a person says them, a line each."""
-    for name, entry in effect["parameters"].items():
-        number = {"symbol": name, "words": "", **entry, **entry.get("shown", {})}
-        if "values" in entry:
-            spread = " to ".join(map(_number, number["interval"]))
-            yield f"{number['symbol']} = {spread}{_unit(number['unit'])}, fitted per experiment"
+    for name, given in effect["parameters"].items():
+        entry = {"symbol": name, "words": "", **as_said(given)}
+        if "values" in given:
+            spread = " to ".join(map(_number, entry["interval"]))
+            yield f"{entry['symbol']} = {spread}{_unit(entry['unit'])}, fitted per experiment"
             continue
-        whole = f" of {number['whole']:.4g}" if "whole" in number else ""
-        words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
-        told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
-        yield f"{told} ({_interval(number['interval'])}){words}"
+        whole = f" of {_number(entry['whole'])}" if "whole" in entry else ""
+        words = "".join(f", {part}" for part in (entry["words"], remark(given)) if part)
+        told = _told(entry["value"], entry["interval"], entry["unit"], whole)
+        yield f"{entry['symbol']} = {told}{words}"
 
 
 def _chain(content: Entry) -> Iterator[str]:
@@ -123,7 +123,7 @@ def _chain(content: Entry) -> Iterator[str]:
 
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
     for name, e in each.items():
-        found = f"{_number(e['identified'])}{_unit(e['unit'])} ({_interval(e['interval'])})"
+        found = _told(e["identified"], e["interval"], e["unit"])
         unsure = f", {doubts}" if (doubts := remark(e)) else ""
         yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file{unsure}"
 
@@ -188,11 +188,13 @@ def _unit(unit: str) -> str:
     return "" if unit in ("", "1", "-") else f" {unit}"
 
 
-def _number(value: float | None, digits: int = 4) -> str:
-    return "undefined" if value is None else f"{value:.{digits}g}"
+def _told(value: float | None, interval: Sequence[float | None], unit: str, more: str = "") -> str:
+    """A number with the digits of its interval, such as 0.06 N m (95 % interval 0.05996 to 0.06003)."""
+    low, high = interval
+    ends = None if low is None or high is None else (low, high)
+    shown, span = quantity(value, ends)
+    return f"{shown}{more}{_unit(unit)} (95 % interval {span or 'undefined'})".replace("−", "-")
 
 
-def _interval(interval: Sequence[float | None]) -> str:
-    each = ([_number(end, digits) for end in interval] for digits in range(4, 10))
-    low, high = next((ends for ends in each if ends[0] != ends[1]), [_number(end) for end in interval])
-    return f"95 % interval {low} to {high}"
+def _number(value: float | None) -> str:
+    return number(value).replace("−", "-")
