@@ -134,7 +134,7 @@ def test_every_law_that_was_fitted_has_its_error_and_why_it_is_not_the_one(
     for part in (
         ">12.3 mrad</td>",
         "free runs over windows of 0.1 s",
-        "predicts experiments left out worse, by more than chance",
+        "leaves out a named effect, and predicts experiments left out worse",
         "the error that sensor noise alone causes is left",
         "error of theta after 0.1 s, as given and with the effects",
     ):
@@ -171,7 +171,7 @@ def test_the_machine_is_drawn_with_what_is_missing(folder: Path, tmp_path: Path)
         )
         lines = [text.text for text in guilty.iter(f"{SVG_NAME}text")]
         assert lines[:2] == ["port joint", "effort tau (N\u00a0m)"]
-        assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap"
+        assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap enters here"
         words = {text.text for text in svg.iter(f"{SVG_NAME}text")}
         assert {"torque (N\u00a0m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
         width, height = (float(n) for n in str(svg.get("viewBox")).split()[2:])

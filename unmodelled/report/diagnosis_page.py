@@ -32,7 +32,16 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import fallen, headline, outcome, percent, rankings, remains
+from unmodelled.report.headline import (
+    UNEXPLAINED,
+    fallen,
+    headline,
+    left_looks_like,
+    outcome,
+    percent,
+    rankings,
+    remains,
+)
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import amounts, number, short
 from unmodelled.report.rendering import ORIGINS, one_file
@@ -151,9 +160,10 @@ def view(folder: Path) -> dict[str, Any]:
         "content": content,
         "about": about,
         "headline": headline(content),
-        "outcome": outcome(content),
+        "outcome": UNEXPLAINED if content["verdict"] == "unknown" else outcome(content),
+        "looks": " ".join(left_looks_like(content)) if content["verdict"] == "unknown" else "",
         "ranking": rankings(content),
-        "next": next_step(content),
+        "next": next_step(content).replace("in index.html", "on this page").replace(PAGE, "this page"),
         "offered": (folder / AUGMENTED).exists(),
         "augmented_file": AUGMENTED,
         "changes": _changes(folder / "tables" / CHANGES),

@@ -197,8 +197,8 @@ def _why(row: Mapping[str, Any], named: Mapping[str, Any] | None, content: Mappi
     alike = {effect_name(o) for effect in content["effects"] for o in effect["indistinguishable"]}
     if label in alike:
         return "these logs cannot tell it from the named one, which is plainer or explains more"
-    if len(row["effects"]) < len(named["effects"]):
-        return "leaves out an effect that is named, or puts another one in its place"
+    if {effect_name(one) for one in row["effects"]} < {effect_name(one) for one in named["effects"]}:
+        return "leaves out a named effect, and predicts experiments left out worse"
     difference, error = row["difference"], row["standard_error"] or 0.0
     if difference > SURE * error:
         return "predicts experiments left out worse, by more than chance"

@@ -12,6 +12,8 @@ from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
 MANY = 3
+#: Title of an answer with the verdict unknown.
+UNEXPLAINED = "No law of the library explains the gap."
 #: What an unexplained gap looks like by the kind of the channel where it enters; at a port, an effort.
 ORIGINS = {"actuator": "an error", "sensor": "an error", "parameter": "another value"}
 
@@ -31,7 +33,7 @@ def headline(content: Mapping[str, Any]) -> str:
         if ranked := rankings(content):
             return f"{ranked}. Explained: {shrink} of the gap{more}."
         return f"{_capital(together)} {verb} {shrink} of the gap (confidence {sure}){more}."
-    return " ".join(["No law of the library explains the gap.", *left_looks_like(content)])
+    return " ".join([UNEXPLAINED, *left_looks_like(content)])
 
 
 def rankings(content: Mapping[str, Any]) -> str:
@@ -39,18 +41,17 @@ def rankings(content: Mapping[str, Any]) -> str:
     ranked = [ranking_sentence(content, effect) for effect in content["effects"] if effect.get("kind")]
     if len(ranked) < 2:
         return "".join(ranked)
-    return "; ".join(f"{k}. {each[:1].lower()}{each[1:]}" for k, each in enumerate(ranked, start=1))
+    pairs = (each.partition(", ") for each in ranked)
+    first, *others = (f"{kind} ({rest})" for kind, _, rest in pairs)
+    return " and ".join([first, *(f"{each[:1].lower()}{each[1:]}" for each in others)])
 
 
 def left_looks_like(content: Mapping[str, Any]) -> list[str]:
     """Return what an unexplained gap looks like and is most alike, as one sentence; none without a place."""
     where, found = content["where"], list[str]()
     parts = [f"{_origin(row['port'])} ({_share_of(row)})" for row in where["channels"][:1]]
-    spans = [
-        (f"{row['signal']} is {number(row['low'])} to {number(row['high'])}", row) for row in where["regions"]
-    ]
-    spans += [(level_name(row["factor"], row["level"]), row) for row in where["factors"]]
-    parts += [f"mostly where {span} ({_share_of(row)})" for span, row in spans[:1]]
+    levels = [(level_name(row["factor"], row["level"]), row) for row in where["factors"][:1]]
+    parts += [f"mostly where {level} ({_share_of(row)})" for level, row in levels]
     if where["channels"]:
         found.append(f"what is left looks like {', '.join(parts)}")
     if alike := content.get("alike"):
