@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.diagnosis.planted import added_somewhere
 from tests.diagnosis.studies import effect
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.api.learned_laws import _errors as learned_errors
@@ -323,3 +324,26 @@ def test_pages_of_a_training_and_of_a_simulation_say_errors_in_the_units_of_the_
     plain = Off("m", 0.1, 0.2, system_of(SLIDE, tmp_path).outputs[0].as_difference)
     assert as_said(simulated_errors(plain)) == {"unit": "m", "known": 0.1, "known_whole_run": 0.2}
     assert learned_errors(plain, plain)["formulas_whole_run"] == 0.2
+
+
+def test_a_law_with_several_numbers_or_a_signed_one_has_words_of_its_own(tmp_path: Path) -> None:
+    """Otherwise a title would tell its first number and the name of the family."""
+    without = []
+    for _, added in added_somewhere(tmp_path):
+        shared = [name for name in added.reported if name not in added.per_experiment]
+        is_signed = any(added.bounds[name][0] < 0.0 for name in shared)
+        if (len(shared) > 1 or is_signed) and not added.phrase and not added.delays:
+            without.append(added.title)
+        assert added.phrase.count("{") == sum(f"{{{name}}}" in added.phrase for name in added.reported)
+    assert not without
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(0.3, "stiffness of 0.3\xa0N\xa0m/rad"), (-0.3, "negative stiffness of −0.3\xa0N\xa0m/rad")],
+)
+def test_a_sign_that_changes_the_meaning_is_in_the_words(tmp_path: Path, value: float, words: str) -> None:
+    told = content(
+        found(system_of(TABLE, tmp_path), "linear_spring", "", Place("port", "gear"), {"k_gear": value})
+    )
+    assert told["text"].startswith(words)

@@ -55,7 +55,7 @@ def test_the_law_is_named_with_its_number(answer: Path) -> None:
     (effect,) = found.effects
     assert (effect.family, effect.port, effect.law) == ("eddy_brake", "joint", "c*omega*(1 - cos(theta))")
     number = json.loads((answer / "diagnosis.json").read_text())["effects"][0]["parameters"]["c"]
-    assert number["value"] == pytest.approx(BRAKE, rel=0.05) and number["unit"] == "N m s"
+    assert number["value"] == pytest.approx(BRAKE, rel=0.05) and number["unit"] == "N m s/rad"
     assert found.system.port("joint").law is not None
     page = (answer / "index.html").read_text()
     assert "eddy brake" in page and "mN m s/rad" in page

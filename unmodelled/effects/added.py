@@ -55,6 +55,7 @@ class Added:
     told: Mapping[str, Told] = field(default_factory=dict)
     waves: Mapping[str, Wave] = field(default_factory=dict)  # as in `Law`, in names of `system`
     phrase: str = ""
+    negative: str = ""
     cycle: float | None = None  # as in `Law`
     error: sp.Expr = sp.S.Zero  # of a sensor with a `cycle`, over `RIGHT`
     signals: Mapping[str, str] = field(default_factory=dict)  # signal whose unit a number has

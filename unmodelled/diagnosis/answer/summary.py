@@ -169,6 +169,9 @@ def _shown(added: Added, name: str, entry: Mapping[str, Any]) -> dict[str, Any]:
 def _phrase(found: DiagnosedEffect) -> str:
     """An effect in a few words with its numbers; "" where its law has none, or a number is doubtful."""
     text, numbers = found.added.phrase, found.estimates
+    first = next(iter(numbers.values()), None)
+    if first is not None and first.value < 0.0 and found.added.negative:
+        text = found.added.negative
     named = {name for name in numbers if f"{{{name}}}" in text}
     waves = (wave for name, wave in found.added.waves.items() if name in named)
     beside = {str(name) for wave in waves for name in (wave.cosine, wave.times)} & numbers.keys()
