@@ -59,7 +59,7 @@ class Translation:
             own = value.expression == 1 or value.quantity.dimension == units.ONE != site.dimension
             quotient = _quotient(site.dimension, value.quantity.dimension)
             angular = self._angular(self.law.terms[name].adds)
-            found[name] = site.unit if own else angular or self._described(quotient)
+            found[name] = angular or (site.unit if own else self._described(quotient))
         return found
 
     def _angular(self, adds: str) -> str:
