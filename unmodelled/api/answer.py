@@ -20,6 +20,7 @@ from unmodelled.api.named_effect import GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.markers import links_in
+from unmodelled.base.next_step import next_step
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -40,7 +41,7 @@ from unmodelled.report.answer_tables import (
 from unmodelled.report.diagnosis_page import PAGE, command_of, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
-from unmodelled.report.headline import headline
+from unmodelled.report.headline import headline, outcome
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -95,6 +96,26 @@ class Answer:
     def effects(self) -> tuple[NamedEffect, ...]:
         """Return the effects that the model leaves out, those with the largest shares first."""
         return tuple(NamedEffect.of(entry, self.content) for entry in self.content["effects"])
+
+    def law(self, name: str) -> NamedEffect:
+        """Return the named effect of a family.
+
+        Args:
+            name: family of the effect, such as "coulomb_friction", or its name in words.
+
+        Raises:
+            BadInput: when the answer names no such effect.
+        """
+        for effect in self.effects:
+            if name in (effect.family, effect.name):
+                return effect
+        known = [effect.family for effect in self.effects]
+        raise BadInput(f"law: the answer does not name {name!r}: it names {', '.join(known) or 'no law'}")
+
+    def summary(self) -> str:
+        """Return the answer in three lines: what it ranks first, what that explains, and what to do next."""
+        lines = [headline(self.content), outcome(self.content), f"Next: {next_step(self.content)}."]
+        return "\n".join(dict.fromkeys(lines)).replace("\u00a0", " ").replace("\u202f", " ")
 
     @cached_property
     def where(self) -> GapLocation:

@@ -42,11 +42,13 @@ class Findings:
     refused: tuple[Refusal, ...] = ()  # files that are not offered, with the reasons
     laws: tuple[Law, ...] = ()  # of the user that were tried, too
     options: Options = DEFAULT_OPTIONS
+    without: tuple[str, ...] = ()  # families of the library that were not tried
 
     @property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
         own: dict[str, Any] = {"laws": [law.definition for law in self.laws]} if self.laws else {}
+        own |= {"without": list(self.without)} if self.without else {}
         own |= {"options": self.options.changed} if self.options.changed else {}
         return summary(self.diagnosis, self.where, self.robot, self.refused) | own
 
