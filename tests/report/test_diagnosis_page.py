@@ -22,6 +22,7 @@ from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.report.diagnosis_page import command_of, write_page
+from unmodelled.report.figures import files as figures
 from unmodelled.report.figures.files import write_figures
 from unmodelled.report.formula import formula
 from unmodelled.report.headline import headline
@@ -171,7 +172,10 @@ def test_the_machine_is_drawn_with_what_is_missing(folder: Path, tmp_path: Path)
         )
         lines = [text.text for text in guilty.iter(f"{SVG_NAME}text")]
         assert lines[:2] == ["port joint", "effort tau (N\u00a0m)"]
-        assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap enters here"
+        assert (
+            " ".join(filter(None, lines[2:]))
+            == "✕ missing: Coulomb friction 100\u202f% of the gap enters here"
+        )
         words = {text.text for text in svg.iter(f"{SVG_NAME}text")}
         assert {"torque (N\u00a0m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
         width, height = (float(n) for n in str(svg.get("viewBox")).split()[2:])
@@ -318,3 +322,10 @@ def test_an_effect_at_many_places_is_told_once() -> None:
     assert headline(content | {"effects": friction[:2]}).startswith(
         "Coulomb friction at joint0 and Coulomb friction at joint1 explain"
     )
+
+
+@pytest.mark.parametrize("name", figures.FIGURES)
+def test_a_caption_names_no_colour_that_only_some_answers_have(name: str) -> None:
+    """What is green beside an effect is blue without one; a legend says which is which."""
+    words = set(re.findall(r"[a-z]+", (figures.FIGURES[name].__doc__ or "").lower()))
+    assert not words & {"purple", "orange", "blue"} and ("green" not in words or name == "evidence")

@@ -172,7 +172,7 @@ def comparison_table(content: Mapping[str, Any]) -> Table:
             for o in outputs
         ]
         likely = row.get("probability")
-        share = number_cell(None) if likely is None else _share(likely)
+        share = number_cell(None) if likely is None else _probability(likely)
         why = _why(row, named, content)
         numbers = (number_cell(row[key]) for key in ("difference", "standard_error"))
         rows.append((Cell(name, name), share, *cells, Cell(why, why, "small"), *numbers))
@@ -187,6 +187,10 @@ def comparison_table(content: Mapping[str, Any]) -> Table:
     columns = "Model", "Probability", *of_outputs, "Why it is not the one", "Difference", "Standard error"
     numeric = _numeric("01" + "1" * len(outputs) + "011")
     return Table("models", "Why this one: all models that were fitted", columns, numeric, tuple(rows), about)
+
+
+def _probability(share: float) -> Cell:
+    return Cell("below 0.1 %" if share < 0.0005 else f"{100.0 * share:.1f} %", str(share))
 
 
 def _why(row: Mapping[str, Any], named: Mapping[str, Any] | None, content: Mapping[str, Any]) -> str:
