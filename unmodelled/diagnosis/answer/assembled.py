@@ -20,6 +20,7 @@ from unmodelled.diagnosis.answer.compared import (
     evidence,
     left_by_best,
     most_alike,
+    not_compared,
     probability_of,
     strangers,
 )
@@ -225,6 +226,7 @@ def _notes(answered: Answered) -> Iterator[str]:
     if not answered.laws and answered.shrink >= MOST and without_common_delay(chain):
         yield chain_explains(answered.shrink)
     yield from _too_small(answered.found)
+    yield from not_compared(answered.found)
     yield from (doubt.sentence for doubt in answered.doubts)
     known = {p.name: p for p in answered.study.system.parameters}
     for law in (law for law in answered.laws if law.is_other_value):

@@ -9,6 +9,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import ChainPart, Compared, Evidence
+from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.doubts.numbers import Numbers
 from unmodelled.diagnosis.judge.chain import chain_of
 from unmodelled.diagnosis.judge.classes import LawClass, stands
@@ -73,7 +74,34 @@ def compared(
     table = [one.row(best, probability) for one, probability in rows]
     own = next(row for row in table if row.named)
     others = sorted((row for row in table if not row.named), key=lambda row: row.score)
-    return tuple(sorted([own, *others[: LISTED - 1]], key=lambda row: row.score))
+    families = {law.family for law in known_study(found).laws}  # of the user: always listed
+    mine = [row for row in others[LISTED - 1 :] if row.effects and row.effects[-1].family in families]
+    return tuple(sorted([own, *others[: LISTED - 1], *mine], key=lambda row: row.score))
+
+
+def known_study(found: Judgement) -> Study:
+    """Return the study at the length that decides."""
+    return found.look.parent.fitted.hypothesis.study
+
+
+def not_compared(found: Judgement) -> Iterator[str]:
+    """Yield why a law of the user does not stand among the models that were compared."""
+    compared_ones = {one.added.family for look in found.rounds for one in _fitted(look)}
+    tried = {one.added.family for look in found.looks for one in look.refits}
+    for law in known_study(found).laws:
+        rows = [row for look in found.looks for row in look.rows if row.atom.effect.family == law.family]
+        if law.family in compared_ones:
+            continue
+        best = max((row.nats for row in rows), default=None)
+        if best is None:
+            yield f"your law {law.family} can act nowhere in this system"
+        elif law.family in tried:
+            yield f"your law {law.family} was refitted, and leaves no less error than the model without it"
+        else:
+            yield (
+                f"your law {law.family} was not refitted: one linear step of it is worth {best:.3g} nats "
+                "after the price of its numbers, and other laws are worth more"
+            )
 
 
 def _with_probabilities(
