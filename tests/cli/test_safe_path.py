@@ -40,6 +40,7 @@ MORE = {
     "export": ("system=../draft/system.yaml", "out=../machine.fmu"),
     "compare": ("runs=..", "out=../table"),
     "report": ("answers=..", "out=../page"),
+    "example": ("name=none", "out=../example"),
 }
 
 

@@ -45,8 +45,8 @@ def test_a_result_stands_for_its_system() -> None:
     ("system", "logs", "words"),
     [
         (SYSTEM, 3, "logs: must be logs, the path of their folder, a data frame, or data frames in a list"),
-        (SYSTEM, [3], r"logs\['run1'\]: must be a data frame, got int"),
-        (SYSTEM, {"a": FRAMES["run1"].to_numpy()}, r"logs\['a'\]: must be a data frame, got ndarray"),
+        (SYSTEM, [3], r"logs\['run1'\]: must be a data frame or a mapping of columns, got int"),
+        (SYSTEM, {"a": FRAMES["run1"].to_numpy()}, r"logs\['a'\]: must be a data frame or a mapping of columns, got ndarray"),
         (SYSTEM, pd.DataFrame({"x": [1.0]}), r"frames\['run1'\]: row 1: column t is missing"),
         (3, LOGS, "system: must be a system, the path of its file, or a result that has one, such as an"),
         ("none.yaml", LOGS, "none.yaml: no such file"),
