@@ -94,7 +94,7 @@ def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
     assert 0.9 < low <= friction.shrink <= high <= 1.0
     assert friction.known.gap.value > friction.reidentified.gap.value > 5.0 * friction.augmented.gap.value
     assert friction.augmented.gap.value < 1.3 * friction.floor
-    named = f"with {friction.effects[0].added.family} at joint"
+    named = f"with {friction.effects[0].added.title}"
     assert [model.label for model in friction.steps] == ["re-identified", named]
     assert friction.steps[-1] is friction.augmented
 
