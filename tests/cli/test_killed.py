@@ -39,6 +39,7 @@ VERBS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "compare": (["runs=sweep"], ["metric=simulation.gap.known"], ["metric=simulation.gap.floor"]),
     "diagnose": (PENDULUM, ["seed=0"], ["seed=1"]),
     "plan": (["system=pendulum/pendulum.yaml", "limits=limits.yaml"], ["seed=0"], ["seed=1"]),
+    "example": ([], ["name=pendulum"], ["name=flywheel"]),
     "next": (["answer=answer", "limits=limits.yaml", *PENDULUM], ["seed=0"], ["seed=1"]),
 }
 

@@ -13,7 +13,7 @@ import pytest
 
 from pipeline.__main__ import PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
-from tests.commands import exit_code
+from tests.commands import exit_code, python
 from unmodelled.base.errors import LONGEST, BadInput, Faults
 from unmodelled.cli.refusal import FAULTS
 from unmodelled.cli.written import written
@@ -223,6 +223,21 @@ def test_a_full_memory_is_one_line(
         raise MemoryError
 
     monkeypatch.setattr("unmodelled.cli.verbs.simulate.simulate", full)
-    code, lines = said(["simulate", "system=a", "logs=b", "out=c"], capsys)
+    code, lines = said(["simulate", "system=systems/pendulum.yaml", "logs=systems", "out=c"], capsys)
     assert code == 2
     assert lines == ["error: the memory is used up: give fewer rows or experiments, or free some memory"]
+
+
+@pytest.mark.parametrize("words", ["diagnose system=a.yaml", "diagnose system=a.yaml logs=b out=c"])
+def test_missing_keys_and_files_are_refused_before_the_libraries_are_loaded(words: str) -> None:
+    """They take seconds, a refusal half of one."""
+    lines = [
+        "import sys",
+        "from unmodelled.__main__ import PROGRAM",
+        "from unmodelled.cli.command_line import main",
+        f"try: code = main(PROGRAM, {words.split()!r})",
+        "except SystemExit as left: code = left.code",
+        "print(code, sorted({'scipy', 'numba', 'sympy', 'pandas', 'matplotlib'} & set(sys.modules)))",
+    ]
+    ran = python("-c", "\n".join(lines))
+    assert ran.stdout == "2 []\n" and len(ran.stderr.splitlines()) == 1

@@ -72,9 +72,18 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        (["diagnose", "system=a", "logs=b", "options=[]"], "options: must be a mapping, got '[]'"),
-        (["diagnose", "system=a", "logs=b", "options=5"], "options: must be a mapping, got '5'"),
-        (["diagnose", "system=a", "logs=b", "options=[level]"], "options: must be a mapping"),
+        (
+            ["diagnose", "system=systems/pendulum.yaml", "logs=systems", "options=[]"],
+            "options: must be a mapping, got '[]'",
+        ),
+        (
+            ["diagnose", "system=systems/pendulum.yaml", "logs=systems", "options=5"],
+            "options: must be a mapping, got '5'",
+        ),
+        (
+            ["diagnose", "system=systems/pendulum.yaml", "logs=systems", "options=[level]"],
+            "options: must be a mapping",
+        ),
         (["train", "model={features: [1]}"], "model.features: must be a text"),
         (["simulate", "-m", "system=a", "logs=b", "hydra.sweeper._target_=x"], "hydra: Invalid plugin 'x'"),
         (["simulate", "-m", "system=a", "logs=b", "hydra.launcher=5"], "check the keys hydra.<...>"),

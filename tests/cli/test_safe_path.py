@@ -41,6 +41,7 @@ MORE = {
     "export": ("system=../draft/system.yaml", "out=../machine.fmu"),
     "compare": ("runs=..", "out=../table"),
     "report": ("answers=..", "out=../page"),
+    "example": ("name=none", "out=../example"),
 }
 #: Modules that Python or a tool imports if it finds them, and one of a library.
 HOOKS = ("sitecustomize", "usercustomize", "conftest", "setup", "numpy")

@@ -1,6 +1,6 @@
 """Small machines in which any effect of the library can be planted, and their logs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import in_columns
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
+from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import Constant, System
 from unmodelled.systems.numeric import numpy_system_function
@@ -44,6 +45,24 @@ def with_companions(effect: Effect) -> tuple[Effect, ...]:
     """The effect, after the simplest law that it needs beside it, if any."""
     companions = [e for e in effects() if e.family in effect.beside]
     return (*companions[:1], effect)
+
+
+def added_somewhere(folder: Path) -> Iterator[tuple[Effect, Added]]:
+    """Yield every effect of the library as it stands in the first machine that has a place for it."""
+    machines = list[tuple[System, Scales]]()
+    for k, text in enumerate(MACHINES):
+        known = system_of(text, folder / str(k))
+        _write(folder / str(k) / "logs", known, {}, IDS, RATES)
+        machines.append((known, scales_of(known, read_logs(folder / str(k) / "logs", known))))
+    for effect in effects():
+        system, sizes = next(each for each in machines if effect.places(each[0]))
+        place = effect.places(system)[0]
+        if effect.at_levels:
+            place = replace(place, factor="group", level=GROUPS[-1])
+        for each in with_companions(effect):
+            added = each.add(system, place, sizes)
+            system = added.system
+        yield effect, added
 
 
 def plant(

@@ -14,14 +14,13 @@ from tests.diagnosis.studies import JOINT, TORQUE, effect, scales_of
 from tests.diagnosis.test_summary import WHERE
 from unmodelled.base.answers import check_content, read_diagnosis
 from unmodelled.base.files import write_json
-from unmodelled.base.kind_words import kind_sentence
+from unmodelled.base.kind_words import kind_sentence, ranking
 from unmodelled.design.checked import check_answer
 from unmodelled.design.rivals import place_of
 from unmodelled.diagnosis.answer.chain_sentences import (
     chain_entry,
     chain_explains,
     chain_sentence,
-    most_alike,
     small_gap,
     without_common_delay,
 )
@@ -30,6 +29,7 @@ from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import ChainPart, Diagnosis
 from unmodelled.effects.place import Place
 from unmodelled.logs.logs import Logs
+from unmodelled.report.headline import headline
 from unmodelled.systems.model import System
 
 B = Place("parameter", "b")
@@ -151,8 +151,8 @@ def test_the_plainest_law_is_named_where_another_kind_is_likelier(found: Diagnos
     (entry,) = summary(replace(found, effects=(others,)), WHERE)["effects"]
     assert entry["kind"] == "damping"
     assert kind_sentence(entry).replace("\xa0", " ") == (
-        "Damping at joint, or what these logs cannot tell from it, 100 %. Form: viscous friction 10 %. "
-        "Other kinds: Coulomb friction 60 %, hysteresis (Dahl) 30 %."
+        "Form: viscous friction 10 %. Other kinds: Coulomb friction 60 %, hysteresis (Dahl) 30 %. These logs "
+        "cannot tell them apart; viscous friction is named as the plainest."
     )
 
 
@@ -160,15 +160,57 @@ def test_the_lines_tell_kind_first_and_how_the_logs_were_made(content: dict[str,
     lines = [line.replace("\xa0", " ") for line in sentences(content)]
     kind, law = lines[1:3]
     assert kind.startswith(
-        "- Dry friction at joint, 94 %. Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %."
+        "- Dry friction at joint 94 %, damping at joint 2 %, something else 4 %. Form: Coulomb "
     )
-    assert law.startswith("    coulomb_friction at joint: F_c*sign(omega) (explains ")
+    assert law.startswith("    Coulomb friction at joint: F_c*sign(omega) (explains ")
     assert "Experiment run1 does not follow this law: look at what was different there." in lines
     start = lines.index("how these logs were made:")
     assert lines[start + 1 : start + 3] == ["- theta is 8 ms late", "- torque acts 12 ms late"]
     bare = {name: entry for name, entry in content.items() if name not in ("chain", "evidence", "strangers")}
     text = "\n".join(sentences(bare))
     assert "how these logs" not in text and "does not follow" not in text
+
+
+def test_the_title_has_the_probabilities_of_the_comparison(content: dict[str, Any]) -> None:
+    (effect,) = content["effects"]
+    alike, viscous = effect["indistinguishable"]
+    spring = {"family": "linear_spring", "port": "joint", "kind": "elasticity"}
+    shares = {
+        "F": (effect, 0.72),
+        "h": (alike, 0.1),
+        "v": (viscous, 0.08),
+        "k": (spring, 0.05),
+        "0": (None, 0.01),
+    }
+    rows = [
+        {
+            "effects": [one] if one else [],
+            "difference": 0.0,
+            "score": 1.0,
+            "standard_error": 0.0,
+            "named": one is effect,
+            "probability": share,
+        }
+        for one, share in shares.values()
+    ]
+    told = content | {"comparison": rows}
+    ranked = dict(ranking(told, effect))
+    assert ranked == pytest.approx(
+        {
+            "dry friction at joint": 0.82,
+            "damping at joint": 0.08,
+            "elasticity at joint": 0.05,
+            "something else": 0.05,
+        }
+    )
+    table = um.Answer(Path(), told).comparison
+    friction = table.hypothesis.str.contains("Coulomb|hysteresis")
+    assert table.probability[friction].sum() == pytest.approx(ranked["dry friction at joint"])
+    assert (
+        headline(told).replace("\xa0", " ").startswith("Dry friction at joint 82 %, damping at joint 8 %, ")
+    )
+    nothing = told | {"verdict": "unknown", "effects": [], "alike": spring}
+    assert "; most alike: elasticity at joint, such as linear spring." in headline(nothing)
 
 
 def test_python_tells_the_same(content: dict[str, Any], tmp_path: Path) -> None:
@@ -179,7 +221,7 @@ def test_python_tells_the_same(content: dict[str, Any], tmp_path: Path) -> None:
     )
     (named,) = answer.effects
     assert (named.kind, named.probability) == ("dry friction", pytest.approx(0.72))
-    assert repr(named).startswith("Dry friction at joint, 94")
+    assert repr(named).startswith("Dry friction at joint 94")
 
 
 def test_the_next_experiment_takes_such_an_answer(found: Diagnosis, content: dict[str, Any]) -> None:
@@ -214,7 +256,3 @@ def test_a_small_gap_names_what_would_remove_it(machine: tuple[System, Logs]) ->
     )
     spread = effect("scatter").add(system, B, scales_of(system, logs))
     assert "; parameter deviation of b would remove " in small_gap("theta", 0.01, spread, "number", 0.8)
-    alike = most_alike(law, "dry friction", 0.35).replace("\xa0", " ")
-    assert alike.startswith("most alike: dry friction at joint would remove 35 % of the squared gap, less")
-    whole = most_alike(law, "dry friction", 0.97).replace("\xa0", " ")
-    assert "97 % of the squared error where laws are compared, but hardly any of the gap" in whole

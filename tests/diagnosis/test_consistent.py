@@ -10,8 +10,10 @@ import pytest
 
 from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis, known
 from tests.diagnosis.studies import HORIZON, JOINT
+from tests.machines.folders import changed
 from unmodelled.base.sure_numbers import REMARKS, doubt
 from unmodelled.diagnosis.answer import diagnose as story
+from unmodelled.diagnosis.answer.augmented import FILE, write_augmented, write_changes
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, LogFault, Verdict
@@ -19,6 +21,7 @@ from unmodelled.diagnosis.where.where import where
 from unmodelled.report.answers import _main_amount
 from unmodelled.report.diagnosis_tables import identified_table, parameter_tables
 from unmodelled.report.headline import headline, outcome
+from unmodelled.systems.reader import read_system
 
 ROWS = sorted((Path(__file__).parents[2] / "docs" / "decisions").glob("001[56]/*.jsonl"))
 #: Laws with one number, with words of their own, and with a number without unit.
@@ -89,7 +92,7 @@ def test_an_effect_that_pays_only_with_another_one_says_so(tmp_path: Path) -> No
     small = replace(small, shrink=0.0, only_with=(large.added,))
     content = content_of(replace(found, effects=(replace(large, shrink=0.9, step=1), small)))
     lines = [line for line in sentences(content) if line.startswith("- ")]
-    assert [line.split(" at ")[0] for line in lines] == ["- constant_load", "- coulomb_friction"]
+    assert [line.split(" at ")[0] for line in lines] == ["- Constant load", "- Coulomb friction"]
     assert (
         "explains 0 % of the squared gap above the noise floor by itself, and pays only together " in lines[1]
     )
@@ -126,3 +129,24 @@ def test_saved_answers_name_effects_where_the_verdict_does_and_none_twice(file: 
         assert (row["verdict"] in ("effect", "main_effect")) == bool(row["named"]), row["case"]
         said = re.sub(r" \(or \d+ more\)", "", row["said"]).split(" + ")
         assert len(set(said)) == len(said), row["case"]
+
+
+def test_the_file_is_that_of_the_user_with_a_few_lines_changed(tmp_path: Path) -> None:
+    """Comments, numbers and order stay; the first lines say from which answer it came, and when."""
+    found = diagnosis(tmp_path, FRICTION)
+    file = tmp_path / "system.yaml"
+    changes = ("parameters:", "# by hand\nparameters:  # of the drawing"), ("value: 0.02", "value: 2.0e-2")
+    file.write_text(changed(file.read_text(), *changes))
+    write_augmented(found, tmp_path / "out", "2026-12-01")
+    write_augmented(replace(found, system=replace(found.system, source="")), tmp_path / "plain")
+    lines = (tmp_path / "out" / FILE).read_text().splitlines()
+    assert read_system(tmp_path / "out" / FILE) == read_system(tmp_path / "plain" / FILE)
+    assert lines[0].startswith("# pendulum with Coulomb friction at joint (confidence ")
+    assert lines[1] == "# from the answer beside this file, the diagnosis of system.yaml and logs, 2026-12-01"
+    write_changes(found, tmp_path / "out", tmp_path / "changes.diff")
+    told = (tmp_path / "changes.diff").read_text().splitlines()[2:]
+    added, removed = ([line[1:].strip() for line in told if line[0] == sign] for sign in "+-")
+    assert [line.split(":")[0] for line in removed] == ["joint"]
+    assert [line.split(":")[0] for line in added[2:]] == ["F_c", "v_c", "joint"]
+    assert {"# by hand", "parameters:  # of the drawing"} <= set(lines)
+    assert any("value: 2.0e-2" in line for line in lines)

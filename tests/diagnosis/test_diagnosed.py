@@ -60,7 +60,7 @@ def test_a_law_that_explains_less_than_the_least_share_is_no_effect(
     monkeypatch.setattr(judged_answer, "NOISES", 0.0)  # one that leaves noise stays
     found = diagnosis(tmp_path, RUBBING)
     assert found.verdict == "unknown" and not found.effects
-    assert any(note.startswith("most alike: dry friction") for note in found.notes)
+    assert found.alike is not None and found.alike.added.title.endswith("friction at joint")
 
 
 def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) -> None:
@@ -94,7 +94,7 @@ def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
     assert 0.9 < low <= friction.shrink <= high <= 1.0
     assert friction.known.gap.value > friction.reidentified.gap.value > 5.0 * friction.augmented.gap.value
     assert friction.augmented.gap.value < 1.3 * friction.floor
-    named = f"with {friction.effects[0].added.family} at joint"
+    named = f"with {friction.effects[0].added.title}"
     assert [model.label for model in friction.steps] == ["re-identified", named]
     assert friction.steps[-1] is friction.augmented
 
@@ -159,7 +159,7 @@ def test_two_effects(tmp_path: Path) -> None:
     assert gain.added.family == "sensor_gain" and friction.added.place == JOINT
     assert gain.estimates["g"].value == pytest.approx(0.3, rel=0.05)
     assert friction.estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
-    assert len(found.steps) == 3 and found.steps[1].label == "with sensor_gain at sensor:theta"
+    assert len(found.steps) == 3 and found.steps[1].label == "with sensor gain at sensor theta"
     first, second, third = (model.gap.value for model in found.steps)
     assert first > 1.2 * second > 1.2 * third and found.shrink > 0.95
     assert gain.shrink + friction.shrink == pytest.approx(found.shrink, abs=1e-3)

@@ -77,13 +77,13 @@ IMPOSSIBLE = {
     "the mass or inertia at joint would be -0.5 times that of the file as given": Said(
         "inertia_error", JOINT, {"dM": -0.03}
     ),
-    "with g = -0.96, sensor_gain at sensor:theta leaves 4 % of theta, which switches it off": Said(
+    "with g = -0.96, sensor gain at sensor theta leaves 4 % of theta, which switches it off": Said(
         "sensor_gain", ANGLE, {"g": -0.96}
     ),
-    "with g = -1, actuator_gain at actuator:torque leaves 0 % of torque, which switches it off": Said(
+    "with g = -1, actuator gain at input torque leaves 0 % of torque, which switches it off": Said(
         "actuator_gain", TORQUE, {"g": -1.0}
     ),
-    "with g_a = 0.99, actuator_asymmetry at actuator:torque leaves 1 % of torque": Said(
+    "with g_a = 0.99, actuator asymmetry at input torque leaves 1 % of torque": Said(
         "actuator_asymmetry", TORQUE, {"g_a": 0.99}
     ),
     "leaves 0 % of torque": Said("actuator_dead_zone", TORQUE, {"c_u": 1.0, "u_d": 50.0}),
@@ -148,7 +148,7 @@ def test_an_end_of_an_interval_may_not_switch_a_gain_off(tmp_path: Path) -> None
     (effect,) = found.effects
     wide = {n: replace(e, interval=(-1.0, 0.4)) for n, e in effect.estimates.items()}
     unsure = replace(found, effects=(replace(effect, estimates=wide),))
-    assert impossible_numbers(unsure).startswith("with g = -1, an end of its interval, sensor_gain at")
+    assert impossible_numbers(unsure).startswith("with g = -1, an end of its interval, sensor gain at")
 
 
 def test_a_parameter_of_the_file_keeps_its_sign(tmp_path: Path) -> None:

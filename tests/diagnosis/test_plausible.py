@@ -94,7 +94,7 @@ def test_a_weight_beside_a_weight(tmp_path: Path) -> None:
     known = Hypothesis.known(Study.of(*read_case(tmp_path), HORIZON, 0))
     found = only(undetermined(fitted(known.plus(effect("gravity_load"), JOINT))))
     assert set(found.numbers) == {"mgl", "W_s"}
-    assert "while W_s of gravity_load at joint falls by more than 100 %" in found.sentence
+    assert "while W_s of gravity load at joint falls by more than 100 %" in found.sentence
 
 
 def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:

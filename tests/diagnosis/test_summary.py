@@ -118,8 +118,8 @@ def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
 def test_candidates_from_best_to_worst(content: dict[str, Any]) -> None:
     several, one, none = content["comparison"]
     assert one == {
-        "effects": [{"family": "coulomb_friction", "port": "joint"}],
-        **{"score": 2.4, "difference": 1.5, "standard_error": 0.3, "named": False},
+        "effects": [{"family": "coulomb_friction", "port": "joint", "kind": "dry friction"}],
+        **{"probability": None, "score": 2.4, "difference": 1.5, "standard_error": 0.3, "named": False},
     }
     assert (none["effects"], none["difference"], none["named"]) == ([], 4.1, False)
     assert [e["family"] for e in several["effects"]][:2] == ["coulomb_friction", "constant_load"]
@@ -196,16 +196,16 @@ def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:
     assert "confidence 0.94" in lines[0]
     for words in (
         "chance: 0.016, the probability that the best of all laws lowers the error as much if nothing is",
-        "coulomb_friction at joint: F_c*sign(omega) (explains 81 % of the squared gap above the "
+        "Coulomb friction at joint: F_c*sign(omega) (explains 81 % of the squared gap above the "
         "noise floor, confidence 0.97)",
-        "F_c = 0.06 N m (95 % interval 0.054 to 0.066)",
-        "these logs cannot distinguish it from stribeck_friction at joint",
-        "constant_load at joint where group is old",
+        "F_c = 0.060 N m (95 % interval 0.054 to 0.066)",
+        "these logs cannot distinguish it from Stribeck friction at joint",
+        "Constant load at joint, where group is old",
         "b_deviation = -0.0185 to 0.009625, fitted per experiment",
-        "drift (parameter) at parameter:b",
-        "b = 0.0151 N m s/rad (95 % interval 0.0149 to 0.0153), 0.03 N m s/rad in the system file",
+        "Drift (parameter) of b",
+        "b = 0.01510 N m s/rad (95 % interval 0.01490 to 0.01530), 0.03 N m s/rad in the system file",
         f"noise floor {found.augmented.gap.floor:.3g} (in standard deviations of the outputs",
-        f"theta: {found.known.gap.units['theta'].at_horizon:.2g} rad off after 0.1 s, ",
+        f"theta: {found.known.gap.units['theta'].at_horizon * 1e3:.2g} mrad off after 0.1 s, ",
         f"with the effects found: {found.augmented.gap.units['theta'].says(0.1)}",
         "on experiments that are left out of the fit, each once)",
         "shrink: 99 % of the squared gap above the noise floor (95 % interval 97 to 100 %)",

@@ -13,7 +13,6 @@ from tests.every import every
 from tests.physics.effects.benches import SYSTEMS, arm, arm_scales, measured
 from tests.physics.robot.mechanisms import OFF, system_of
 from unmodelled.base.errors import BadInput
-from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.answer.take_home import TakeHome, take_home
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Estimate
 from unmodelled.effects.added import Added, with_numbers
@@ -82,9 +81,9 @@ def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(
         elsewhere = place.kind in ("sensor", "parameter")
         unsaid = added.memory and place.kind == "actuator" and not added.robot
         if elsewhere or unsaid or added.delays or added.columns or added.per_experiment:
-            assert lacking(home) == [named(added)]
+            assert lacking(home) == [added.title]
         elif added.memory and any(part.reason.startswith("it depends on") for part in home.missing):
-            assert lacking(home)[0] == named(added)  # the acceleration moves what it remembers by
+            assert lacking(home)[0] == added.title  # the acceleration moves what it remembers by
         else:
             assert not lacking(home)
             assert difference(home, system) < 1e-9
@@ -155,7 +154,7 @@ def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead()
     alike = replace(found, indistinguishable=(inertia.add(arm(), place, arm_scales()),))
     missing, further = take_home(arm(), system, [alike]).missing
     assert not missing.supplemented and "depends on an acceleration" in further.reason
-    told = "cannot tell it from inertia_error at elbow, which a robot has a number for"
+    told = "cannot tell it from inertia error at elbow, which a robot has a number for"
     assert missing.reason.endswith(told)
 
 
@@ -173,7 +172,7 @@ def test_a_drive_of_the_system_file_is_an_effort_that_is_applied(tmp_path: Path)
     system, second = planted(friction, Place("port", "elbow"), system, measured(system))
     home = take_home(given, system, [first, second])
     assert home.efforts.controls == {"waist": ("u_waist",), "shoulder": ("u_shoulder",)}
-    assert lacking(home) == ["actuator_gain at actuator:i"]
+    assert lacking(home) == ["actuator gain at input i"]
     assert "the law of the port elbow in the system file" in [m.what for m in home.missing]
     law = home.supplement.forces["elbow"]
     assert "abs(applied_elbow)" in law and "sign(qd_elbow)" in law and "i" not in names(law)

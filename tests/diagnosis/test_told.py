@@ -9,12 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.diagnosis.planted import added_somewhere
 from tests.diagnosis.studies import effect
 from tests.machines.folders import changed, system_of, text_of
 from unmodelled.api.learned_laws import _errors as learned_errors
 from unmodelled.api.simulation import _errors as simulated_errors
 from unmodelled.base.sure_numbers import as_said, main_number
-from unmodelled.base.wording import part_of
+from unmodelled.base.wording import amounts, part_of
 from unmodelled.diagnosis.answer.column_units import (
     axis_unit,
     channels_in_columns,
@@ -136,12 +137,12 @@ def test_an_effect_is_told_in_the_words_of_the_trade(
 @pytest.mark.parametrize(
     ("text", "place", "value", "line"),
     [
-        (TABLE, CURRENT, 0.012, "u_0 = 12 mA (95 % interval 10.8 to 13.2)"),
-        (BOILER, VALVE, 0.02, "u_0 = 2 % (95 % interval 1.8 to 2.2)"),
-        (TABLE, Place("sensor", "angle"), pi / 90, "y_0 = 2 deg (95 % interval 1.8 to 2.2)"),
-        (BOILER, Place("sensor", "T"), 2.0, "y_0 = 2 K (95 % interval 1.8 to 2.2)"),
-        (BOILER_F, Place("sensor", "T"), 5.0, "y_0 = 9 degF (95 % interval 8.1 to 9.9)"),
-        (SLIDE, Place("actuator", "F"), 0.5, "u_0 = 0.5 N (95 % interval 0.45 to 0.55)"),
+        (TABLE, CURRENT, 0.012, "u_0 = 12.0 mA (95 % interval 10.8 to 13.2)"),
+        (BOILER, VALVE, 0.02, "u_0 = 2.00 % (95 % interval 1.80 to 2.20)"),
+        (TABLE, Place("sensor", "angle"), pi / 90, "y_0 = 2.00 deg (95 % interval 1.80 to 2.20)"),
+        (BOILER, Place("sensor", "T"), 2.0, "y_0 = 2.00 K (95 % interval 1.80 to 2.20)"),
+        (BOILER_F, Place("sensor", "T"), 5.0, "y_0 = 9.0 degF (95 % interval 8.1 to 9.9)"),
+        (SLIDE, Place("actuator", "F"), 0.5, "u_0 = 0.50 N (95 % interval 0.45 to 0.55)"),
     ],
 )
 def test_an_offset_is_in_the_unit_of_its_column(
@@ -152,7 +153,9 @@ def test_an_offset_is_in_the_unit_of_its_column(
     assert list(numbers_of(told)) == [line]
     number = main_number(told)
     assert number is not None
-    assert f"{number['value']:.4g} {number['unit']}" == amount
+    assert amounts([number["value"]], number["unit"]) == amounts(
+        [float(amount.split()[0])], amount.split()[1]
+    )
     (table,) = parameter_tables({"effects": [told]})
     assert table.rows[0][-1].text == number["unit"]
 
@@ -161,9 +164,9 @@ def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
     numbers = {"m_b": 3.57, "omega_f": 2 * pi * 12.4, "zeta": 0.06}
     one = found(system_of(SLIDE, tmp_path), *PART, BELT, numbers)
     assert list(numbers_of(content(one))) == [
-        "m_b = 3.57 of 5 kg (95 % interval 3.213 to 3.927), behind it",
-        "omega_f/(2*pi) = 12.4 Hz (95 % interval 11.16 to 13.64), resonance",
-        "zeta = 0.06 (95 % interval 0.054 to 0.066), damping ratio",
+        "m_b = 3.57 of 5 kg (95 % interval 3.21 to 3.93), behind it",
+        "omega_f/(2*pi) = 12.4 Hz (95 % interval 11.2 to 13.6), resonance",
+        "zeta = 0.060 (95 % interval 0.054 to 0.066), damping ratio",
     ]
     (table,) = parameter_tables({"effects": [content(one)]})
     assert [(row[0].text, row[0].note, row[-1].text) for row in table.rows] == [
@@ -175,7 +178,7 @@ def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
 
 def test_the_speed_of_a_stribeck_curve_is_in_the_unit_of_the_speed_sensor(tmp_path: Path) -> None:
     one = found(system_of(TABLE, tmp_path), "stribeck_friction", "", PORT, {"v_s": pi / 10})
-    assert list(numbers_of(content(one))) == ["v_s = 3 rpm (95 % interval 2.7 to 3.3)"]
+    assert list(numbers_of(content(one))) == ["v_s = 3.00 rpm (95 % interval 2.70 to 3.30)"]
 
 
 def test_a_number_that_the_logs_leave_open_is_in_no_phrase(tmp_path: Path) -> None:
@@ -205,7 +208,8 @@ def test_errors_are_in_the_units_of_the_columns(
     said = {"unit": unit, **{k: v if v is None else factor * v for k, v in entry.items() if k != "unit"}}
     gap = {"units": {"y": {**entry, "shown": said}}, "horizon": 0.1}
     table = units_table({"gap": gap, "effects": [1], "verdict": "effect"})
-    assert [row[-1].text for row in table.rows] == [unit, unit]
+    assert [row[-1].text.split("\xa0")[-1] for row in table.rows] == [unit, unit]
+    assert [row[-1] for row in table.download] == ["Unit", unit, unit]
     assert float(table.rows[0][2].exact) == pytest.approx(0.5 * factor)
 
 
@@ -320,3 +324,26 @@ def test_pages_of_a_training_and_of_a_simulation_say_errors_in_the_units_of_the_
     plain = Off("m", 0.1, 0.2, system_of(SLIDE, tmp_path).outputs[0].as_difference)
     assert as_said(simulated_errors(plain)) == {"unit": "m", "known": 0.1, "known_whole_run": 0.2}
     assert learned_errors(plain, plain)["formulas_whole_run"] == 0.2
+
+
+def test_a_law_with_several_numbers_or_a_signed_one_has_words_of_its_own(tmp_path: Path) -> None:
+    """Otherwise a title would tell its first number and the name of the family."""
+    without = []
+    for _, added in added_somewhere(tmp_path):
+        shared = [name for name in added.reported if name not in added.per_experiment]
+        is_signed = any(added.bounds[name][0] < 0.0 for name in shared)
+        if (len(shared) > 1 or is_signed) and not added.phrase and not added.delays:
+            without.append(added.title)
+        assert added.phrase.count("{") == sum(f"{{{name}}}" in added.phrase for name in added.reported)
+    assert not without
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [(0.3, "stiffness of 0.3\xa0N\xa0m/rad"), (-0.3, "negative stiffness of −0.3\xa0N\xa0m/rad")],
+)
+def test_a_sign_that_changes_the_meaning_is_in_the_words(tmp_path: Path, value: float, words: str) -> None:
+    told = content(
+        found(system_of(TABLE, tmp_path), "linear_spring", "", Place("port", "gear"), {"k_gear": value})
+    )
+    assert told["text"].startswith(words)

@@ -13,8 +13,8 @@ SHOWN = {
     "own_machine": [r"coulomb_friction .*at rail", r"F_c = 6\.[12]\d* N", r"with dry friction +0\.000[2-9]"],
     "balances": [
         r"storage at air(.|\n)*k_air = (399|40[01])(\.\d)? W/K",
-        r"rc_branch at sensor:U(.|\n)*tau_1 = 33\.\d* s(.|\n)*cannot distinguish it from storage at cell",
-        r"input_delay at actuator:T_in(.|\n)*T_d_T_in = 7\.[45]\d* s",
+        r"Rc branch at sensor U(.|\n)*tau_1 = 33\.\d* s(.|\n)*cannot distinguish it from storage at cell",
+        r"Input delay at input T_in(.|\n)*T_d_T_in = 7\.[45]\d* s",
         r"input m acts 0\.\d+ s later",
     ],
     "hybrid_model": [r"b is absorbed by the network", r"hybrid model, held out +0\.0[0-4]"],

@@ -1,6 +1,7 @@
 """System and logs in every form that a caller may give them in; frames equal to a folder."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,8 +45,12 @@ def test_a_result_stands_for_its_system() -> None:
     ("system", "logs", "words"),
     [
         (SYSTEM, 3, "logs: must be logs, the path of their folder, a data frame, or data frames in a list"),
-        (SYSTEM, [3], r"logs\['run1'\]: must be a data frame, got int"),
-        (SYSTEM, {"a": FRAMES["run1"].to_numpy()}, r"logs\['a'\]: must be a data frame, got ndarray"),
+        (SYSTEM, [3], r"logs\['run1'\]: must be a data frame or a mapping of columns, got int"),
+        (
+            SYSTEM,
+            {"a": FRAMES["run1"].to_numpy()},
+            r"logs\['a'\]: must be a data frame or a mapping of columns, got ndarray",
+        ),
         (SYSTEM, pd.DataFrame({"x": [1.0]}), r"frames\['run1'\]: row 1: column t is missing"),
         (3, LOGS, "system: must be a system, the path of its file, or a result that has one, such as an"),
         ("none.yaml", LOGS, "none.yaml: no such file"),
@@ -133,3 +138,23 @@ def test_the_index_stands_for_the_time() -> None:
         read = um.Logs.from_frames(other, MOTOR, table())
         np.testing.assert_allclose(read.t, wanted.t, atol=1e-9)
         np.testing.assert_allclose(read.y, wanted.y, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        (
+            {"a": {"t": [0.0, 1.0], "theta": [1.0]}},
+            r"logs\['a'\]: columns must be equally long: t has 2, theta has 1",
+        ),
+        ({"a": 5}, r"logs\['a'\]: must be a data frame or a mapping of columns, got int"),
+        (
+            [{"t": [[0.0], [1.0]]}],
+            r"logs\['run1'\]: column t: must have one number per sample, got shape \(2, 1\)",
+        ),
+        (5, "logs: must be logs, the path of their folder"),
+    ],
+)
+def test_what_is_no_frame_is_refused_in_one_line(given: Any, line: str) -> None:
+    with pytest.raises(um.BadInput, match=f"^{line}"):
+        um.Logs.from_frames(given, um.example("pendulum")[0])

@@ -71,3 +71,17 @@ def test_the_answer_brings_its_laws_to_the_next_experiment(answer: Path, tmp_pat
     )
     made = um.next_experiment(um.read_answer(answer), limits)
     assert len(made.table()) > 100
+
+
+@pytest.mark.long
+def test_every_law_of_the_user_has_its_error_or_a_reason() -> None:
+    size = {"unit": "N m", "plausible": 0.1}
+    laws = [
+        um.Law("swing", "k*sin(2*x)", {"k": size}),
+        um.Law("brake", "c*sign(v)", {"c": {**size, "low": 0}}),
+    ]
+    found = um.diagnose(*um.example(), quiet=True, laws=laws)
+    rows = [row for row in found.content["comparison"] if row["effects"]]
+    (brake,) = (row for row in rows if row["effects"][-1]["family"] == "brake")
+    assert brake["errors"]["theta"]["value"] > 0.0 and 0.0 <= brake["probability"] <= 1.0
+    assert any(note.startswith("your law swing was ") for note in found.notes)

@@ -19,7 +19,9 @@ from tests.diagnosis.studies import HORIZON, JOINT
 from tests.diagnosis.test_augmented import CASES
 from unmodelled.base.files import read_json
 from unmodelled.base.markers import MARKER
+from unmodelled.base.next_step import next_step
 from unmodelled.base.parquet import read_parquet
+from unmodelled.base.progress import say, silence
 from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.where.where import where
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
@@ -312,7 +314,7 @@ def test_what_cannot_be_diagnosed_is_refused_without_naming_files() -> None:
 
 
 def test_effects_and_places_print_themselves(answer: um.Answer) -> None:
-    assert "coulomb_friction" in repr(answer.effects[0])
+    assert "Coulomb friction at joint" in repr(answer.effects[0])
     assert "channels" in repr(answer.where) and "joint" in repr(answer.where)
     assert answer.where._repr_html_().count("<table") >= 2
 
@@ -376,3 +378,25 @@ def test_observations_that_cannot_be_used_are_refused(observed: dict[str, list[A
     model = callable_response(lambda theta: np.hstack([theta, 2.0 * theta]), ["a"], [[0.5, 1.5]])
     with pytest.raises(um.BadInput, match=words):
         um.identify_response(model, pd.DataFrame(observed))
+
+
+def test_an_answer_has_a_summary_and_gives_a_law_by_name(answer: um.Answer) -> None:
+    assert answer.summary().splitlines()[-1] == f"Next: {next_step(answer.content)}."
+    assert answer.law("coulomb_friction") is answer.law("Coulomb friction at joint") is answer.effects[0]
+    with pytest.raises(
+        um.BadInput, match=r"^law: the answer does not name 'backlash': it names coulomb_frict"
+    ):
+        answer.law("backlash")
+
+
+def test_a_family_that_is_left_out_is_one_of_the_library() -> None:
+    with pytest.raises(um.BadInput, match=r"^without: there is no family 'hysterese'; did you mean"):
+        um.diagnose(*um.example("pendulum"), without=["hysterese"])
+
+
+def test_a_quiet_diagnosis_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with silence():
+        say("compare laws")
+    assert not capsys.readouterr().err
+    say("compare laws")
+    assert capsys.readouterr().err

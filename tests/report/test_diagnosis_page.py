@@ -21,7 +21,8 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.where import Where, where
-from unmodelled.report.diagnosis_page import write_page
+from unmodelled.report.diagnosis_page import command_of, write_page
+from unmodelled.report.figures import files as figures
 from unmodelled.report.figures.files import write_figures
 from unmodelled.report.formula import formula
 from unmodelled.report.headline import headline
@@ -79,7 +80,7 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     assert re.search(r">What remains is [\d.]+ times the error that sensor noise alone causes\.<", text)
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
     models = (tmp_path / "out" / "tables" / "models.csv").read_text().splitlines()
-    assert models[0] == "Model,Score (nats),Difference,Standard error"
+    assert models[0] == "Model,Probability,Why it is not the one,Difference,Standard error"
     assert [row.partition(",")[0] for row in models[1:]] == [
         *("Coulomb friction at joint", "viscous friction at joint", "no effect")
     ]
@@ -98,9 +99,11 @@ def test_the_page_of_an_answer_by_evidence(
     write_page(out, COMMAND)
     text = (out / "index.html").read_text()
     page, plain = Page(text), text.replace("\xa0", " ")
-    kind = "Dry friction at joint, 94 %. Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %."
+    kind = "Dry friction at joint 94 %, damping at joint 2 %, something else 4 %"
     for part in (
-        f'<h1 class="sentence">{kind} Other kinds: viscous friction 2 %.</h1>',
+        f'<h1 class="sentence">{kind}</h1>',
+        "<p>Form: Coulomb friction 72 %, hysteresis (Dahl) 22 %. Other kinds: viscous friction 2 %.</p>",
+        "<strong>Next:</strong> simulate augmented_system.yaml on new logs",
         "N m of Coulomb friction at joint: the error after 0.1 s falls from",
         f"<title>{kind}",
         "Experiment run1 does not follow this law: look at what was different there.",
@@ -121,6 +124,36 @@ def test_the_page_of_an_answer_by_evidence(
     assert not {"made", "evidence", "chain_parts", "law_evidence"} & set(Page(before).ids)
 
 
+def test_every_law_that_was_fitted_has_its_error_and_why_it_is_not_the_one(
+    folder: Path, tmp_path: Path
+) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    errors = {"theta": {"value": 0.0123, "unit": "rad"}}
+    rows = [row | {"probability": 0.4, "errors": errors, "horizon": 0.1} for row in content["comparison"]]
+    text = page_of(folder, tmp_path / "out", comparison=rows)
+    plain = text.replace("\xa0", " ")
+    for part in (
+        ">12.3 mrad</td>",
+        "free runs over windows of 0.1 s",
+        "leaves out a named effect, and predicts experiments left out worse",
+        "the error that sensor noise alone causes is left",
+        "error of theta after 0.1 s, as given and with the effects",
+    ):
+        assert part in plain
+    search = json.loads(re.search(r'id="search-data">(.*?)</script>', text)[1])  # type: ignore[index]
+    assert any("12.3" in one["text"] and one["url"] == "#models" for one in search)
+    assert text.count('<p class="command">') == 1
+
+
+def test_the_command_of_a_page_has_relative_paths_and_all_that_was_given(tmp_path: Path) -> None:
+    files = {name: str(Path.cwd() / "machine" / name) for name in ("system", "logs", "laws")}
+    content = {"sources": files, "gap": {"horizon": 0.1}, "seed": 3, "options": {"level": 0.99}}
+    assert command_of(content, Path.cwd() / "answer") == (
+        "unmodelled diagnose system=machine/system logs=machine/logs laws=machine/laws horizon=0.1 seed=3 "
+        "'options={level: 0.99}' out=answer"
+    )
+
+
 SVG_NAME = "{http://www.w3.org/2000/svg}"
 
 
@@ -139,7 +172,10 @@ def test_the_machine_is_drawn_with_what_is_missing(folder: Path, tmp_path: Path)
         )
         lines = [text.text for text in guilty.iter(f"{SVG_NAME}text")]
         assert lines[:2] == ["port joint", "effort tau (N\u00a0m)"]
-        assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap"
+        assert (
+            " ".join(filter(None, lines[2:]))
+            == "✕ missing: Coulomb friction 100\u202f% of the gap enters here"
+        )
         words = {text.text for text in svg.iter(f"{SVG_NAME}text")}
         assert {"torque (N\u00a0m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
         width, height = (float(n) for n in str(svg.get("viewBox")).split()[2:])
@@ -174,7 +210,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert "11\u202f% of the squared error; a network in every port predicts 7\u202f% of the whole." in text
     assert "The further effect that predicts best is at input torque." in text
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
-        "A gap that no known effect explains; 100\u202f% of it enters at joint"
+        "No law of the library explains the gap. What is left looks like an effort at joint (100\u202f%"
     )
 
 
@@ -286,3 +322,10 @@ def test_an_effect_at_many_places_is_told_once() -> None:
     assert headline(content | {"effects": friction[:2]}).startswith(
         "Coulomb friction at joint0 and Coulomb friction at joint1 explain"
     )
+
+
+@pytest.mark.parametrize("name", figures.FIGURES)
+def test_a_caption_names_no_colour_that_only_some_answers_have(name: str) -> None:
+    """What is green beside an effect is blue without one; a legend says which is which."""
+    words = set(re.findall(r"[a-z]+", (figures.FIGURES[name].__doc__ or "").lower()))
+    assert not words & {"purple", "orange", "blue"} and ("green" not in words or name == "evidence")

@@ -21,7 +21,7 @@ from unmodelled.report.numbers import number, quantity, unit_text
         (1.234e-7, "1.23×10⁻⁷"),
         (98765.4, "98\u202f765"),
         (0.0, "0"),
-        (2e9, "2.00×10⁹"),
+        (2e9, "2×10⁹"),
         ("H2 < H1", "H2 < H1"),
     ],
 )

@@ -66,7 +66,7 @@ def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[s
     assert (content["schema"], content["verdict"]) == ("diagnosis/2", "effect")
     assert {e["id"] for e in content["where"]["experiments"]} == {"run0", "run1", "run2", "run3"}
     said = capsys.readouterr().out
-    assert said.startswith("verdict: ") and "coulomb_friction at joint" in said
+    assert said.startswith("verdict: ") and "Coulomb friction at joint" in said
 
 
 @pytest.mark.long

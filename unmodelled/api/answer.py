@@ -7,6 +7,7 @@ import shutil
 import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
 from tempfile import mkdtemp
@@ -19,6 +20,7 @@ from unmodelled.api.named_effect import GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest, printable
 from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.markers import links_in
+from unmodelled.base.next_step import next_step
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.augmented import FILE
@@ -39,7 +41,7 @@ from unmodelled.report.answer_tables import (
 from unmodelled.report.diagnosis_page import PAGE, command_of, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
-from unmodelled.report.headline import headline
+from unmodelled.report.headline import headline, outcome
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -59,17 +61,19 @@ class Answer:
     given: tuple[System, Logs] | None = None
 
     @classmethod
-    def of(cls, found: Findings) -> Answer:
+    def of(cls, found: Findings, laws: str = "") -> Answer:
         """Write what a diagnosis has found into a temporary folder, which goes with the answer.
 
         Args:
             found: results of a diagnosis.
+            laws: path of the file of the laws that were tried, too; default "": none.
         """
         folder = Path(mkdtemp(prefix="unmodelled-"))
         system, logs = given = found.diagnosis.system, found.diagnosis.logs
-        files = {"system": system.source, "logs": logs.source}
+        files = {"system": system.source, "logs": logs.source, "laws": laws}
         try:
             sources = {name: str(Path(path).absolute()) for name, path in files.items() if path}
+            sources["made"] = datetime.now(UTC).isoformat(timespec="minutes")
             content = found.write(folder, sources=sources)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -91,7 +95,27 @@ class Answer:
     @cached_property
     def effects(self) -> tuple[NamedEffect, ...]:
         """Return the effects that the model leaves out, those with the largest shares first."""
-        return tuple(NamedEffect.of(entry) for entry in self.content["effects"])
+        return tuple(NamedEffect.of(entry, self.content) for entry in self.content["effects"])
+
+    def law(self, name: str) -> NamedEffect:
+        """Return the named effect of a family.
+
+        Args:
+            name: family of the effect, such as "coulomb_friction", or its name in words.
+
+        Raises:
+            BadInput: when the answer names no such effect.
+        """
+        for effect in self.effects:
+            if name in (effect.family, effect.name):
+                return effect
+        known = [effect.family for effect in self.effects]
+        raise BadInput(f"law: the answer does not name {name!r}: it names {', '.join(known) or 'no law'}")
+
+    def summary(self) -> str:
+        """Return the answer in three lines: what it ranks first, what that explains, and what to do next."""
+        lines = [headline(self.content), outcome(self.content), f"Next: {next_step(self.content)}."]
+        return "\n".join(dict.fromkeys(lines)).replace("\u00a0", " ").replace("\u202f", " ")
 
     @cached_property
     def where(self) -> GapLocation:
@@ -210,8 +234,10 @@ class Answer:
 
         Columns: rank, hypothesis (its effects in words), score (mean logarithm of the squared error of
         left-out experiments over the noise, plus one; nats), difference from the named one and its standard
-        error over experiments, and named. The named one is the simplest that none beats by more than chance
-        and by a material amount, so that others may stand above it (Vehtari, Gelman and Gabry 2017).
+        error over experiments, named, and probability (0 to 1, of the last effect beside those before it, as
+        titles tell it; nan where another form of the law stands for it). The named one is the simplest that
+        none beats by more than chance and by a material amount, so that others may stand above it
+        (Vehtari, Gelman and Gabry 2017).
         """
         return comparison_table(self.content)
 
@@ -265,8 +291,9 @@ class Answer:
         Raises:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
-        out, page = Path(folder), lambda into: write_page(into, command_of(self.content))
-        sources = {"answer": str(self.folder), **self._sources}
+        out, page = Path(folder), lambda into: write_page(into, command_of(self.content, out))
+        files = {name: self._sources[name] for name in ("system", "logs") if name in self._sources}
+        sources = {"answer": str(self.folder), **files}
         with writing("diagnose", out, sources), replacing_folder(out) as new:
             copy_results(self.folder, new, () if pages else (LIVE,))
             if not (new / SUMMARY).exists():

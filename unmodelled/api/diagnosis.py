@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from unmodelled.api.answer import Answer
 from unmodelled.base.answers import read_diagnosis
+from unmodelled.base.progress import silence
 from unmodelled.diagnosis.answer.diagnose import findings
 from unmodelled.diagnosis.answer.findings import SUMMARY
 from unmodelled.diagnosis.data.options import Options
@@ -27,6 +29,8 @@ def diagnose(
     workers: int | None = None,
     laws: LawsGiven | None = None,
     options: Options | Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
+    quiet: bool = False,
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -46,6 +50,8 @@ def diagnose(
             them (laws/1); default none.
         options: the few numbers that decide (`Options`), or those that are not the defaults by name; the
             answer says which were changed.
+        without: families of the library that are not tried, such as ["hysteresis"]; default none.
+        quiet: whether nothing is said about the progress; default False.
 
     Returns:
         Verdict, effects with their numbers, where the gap lies, and the augmented system.
@@ -78,7 +84,10 @@ def diagnose(
     """
     limits = Options.of(options)
     own = given_laws(laws)
-    return Answer.of(findings(*read_inputs(system, logs), horizon, seed, workers, own, limits))
+    file = str(laws) if isinstance(laws, str | Path) else ""
+    with silence() if quiet else nullcontext():
+        found = findings(*read_inputs(system, logs), horizon, seed, workers, own, limits, without)
+    return Answer.of(found, file)
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

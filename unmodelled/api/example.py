@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.files import replacing_folder
 from unmodelled.logs.inputs import read_inputs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -47,7 +49,30 @@ def example(name: str = "pendulum") -> tuple[System, Logs]:
         >>> logs.ids
         ('run1', 'run2', 'run3', 'run4')
     """
+    folder = _folder(name)
+    return read_inputs(folder / f"{name}.yaml", folder / "logs")
+
+
+def write_example(name: str, out: Path) -> None:
+    """Write the files of an example: `<name>.yaml` and the folder `logs`.
+
+    Args:
+        name: name of the example, see `example`.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: when there is no such example.
+    """
+    folder = _folder(name)
+    with replacing_folder(out) as new:
+        shutil.copyfile(folder / f"{name}.yaml", new / f"{name}.yaml")
+        (new / "logs").mkdir()
+        for path in sorted((folder / "logs").iterdir()):
+            shutil.copyfile(path, new / "logs" / path.name)
+
+
+def _folder(name: str) -> Path:
     known = sorted(folder.name for folder in FOLDER.iterdir())
     if name not in known:
         raise BadInput(f"example: there is no {name!r}{closest(str(name), known)}")
-    return read_inputs(FOLDER / name / f"{name}.yaml", FOLDER / name / "logs")
+    return FOLDER / name

@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.extras import missing
 from unmodelled.base.files import replacing
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.gates.fmu import reason_against_fmu
@@ -58,7 +59,8 @@ def write_fmu(system: SystemGiven, path: Path | str) -> System:
     if path.suffix != ".fmu":
         raise BadInput(f"{path}: the name of an FMU must end in .fmu, for example {path.stem}.fmu")
     if find_spec("pythonfmu3") is None:
-        raise BadInput('an FMU needs the extra fmu: pip install "unmodelled[fmu]"')
+        needed = missing(ModuleNotFoundError(name="pythonfmu3")) or "pythonfmu3 is not installed"
+        raise BadInput(f"an FMU needs pythonfmu3: {needed}")
     names = {str(symbol) for symbol in (*known.u, *known.p, *known.c)} | {y.name for y in known.outputs}
     taken = [f"start_{s.name}" for s in known.states if f"start_{s.name}" in names]
     if taken:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from unmodelled.base.kind_words import kind_sentence
+from unmodelled.base.kind_words import kind_sentence, ranking_sentence
 from unmodelled.base.notebook import shown
 from unmodelled.base.wording import effect_name
 from unmodelled.diagnosis.answer.sentences import numbers_of
@@ -45,7 +45,9 @@ class NamedEffect:
         kind: subject of the law, which these data decide first, such as dry friction; empty where laws were
             not compared by evidence.
         probability: probability of this law, 0 to 1; None where laws were not compared by evidence.
-        sentence: kind and forms of the law with their probabilities; empty where there is no kind.
+        sentence: kinds between which the effect was chosen, and forms of the law, with their probabilities;
+            empty where there is no kind.
+        name: law and place in words, as titles and tables have them.
     """
 
     family: str
@@ -58,6 +60,7 @@ class NamedEffect:
     kind: str = ""
     probability: float | None = None
     sentence: str = ""
+    name: str = ""
 
     def __getattr__(self, name: str) -> Number:
         """Return a number of the law by its name, such as `effect.F_c`."""
@@ -70,7 +73,7 @@ class NamedEffect:
     def __repr__(self) -> str:
         about = f"explains {percent(self.shrink)} of the gap, confidence {percent(self.confidence)}"
         lines = [self.sentence] if self.sentence else []
-        lines += [f"{self.family} at {self.port}: {self.law} ({about})"]
+        lines += [f"{self.name}: {self.law} ({about})"]
         lines += numbers_of({"parameters": self.parameters})
         lines += [f"these logs cannot distinguish it from {other}" for other in self.indistinguishable]
         return "\n    ".join(lines)
@@ -79,21 +82,23 @@ class NamedEffect:
         return [*super().__dir__(), *self.parameters]
 
     @classmethod
-    def of(cls, content: Mapping[str, Any]) -> NamedEffect:
+    def of(cls, content: Mapping[str, Any], answer: Mapping[str, Any]) -> NamedEffect:
         """Return the effect that an entry of diagnosis.json describes.
 
         Args:
             content: entry of the list `effects` in diagnosis.json.
+            answer: content of diagnosis.json.
         """
         names = ("family", "port", "law", "parameters", "confidence", "shrink")
         alike = tuple(effect_name(other) for other in content["indistinguishable"])
-        said = kind_sentence(content) if content.get("kind") else ""
+        ranked = content.get("kind") and f"{ranking_sentence(answer, content)}. {kind_sentence(content)}"
         return cls(
             **{name: content[name] for name in names},
             indistinguishable=alike,
             kind=content.get("kind", ""),
             probability=content.get("probability"),
-            sentence=said,
+            sentence=ranked or "",
+            name=effect_name(content),
         )
 
 

@@ -244,7 +244,7 @@ def simulate(
         >>> system, logs = um.example("pendulum")
         >>> gap = um.simulate(system, logs)
         >>> print(gap)
-        theta: 0.052 rad off after 0.2 s, 0.2 rad over whole runs
+        theta: 52 mrad off after 0.2 s, 0.2 rad over whole runs
         gap: 0.0467 standard deviations over 0.2 s, 4 experiments
         noise floor: 0.00141, the gap that sensor noise alone causes
         persistence: 0.506, the error if every output kept its value or its speed

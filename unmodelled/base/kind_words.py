@@ -21,8 +21,13 @@ KINDS = {
 }
 #: Forms of a law that a sentence lists.
 MOST_FORMS = 4
+#: Kinds that a ranking lists, and probability below which it lists none.
+MOST_TOLD, LEAST_TOLD = 3, 0.005
+#: What a ranking calls the model without a law, and all laws that it does not list.
+NOTHING, ELSE = "nothing", "something else"
 #: What makes the place of a law.
-_PLACE = ("port", "parameter", "factor", "level", "signal")
+_SHARED = ("port", "factor", "level", "signal")
+_PLACE = ("parameter", *_SHARED)
 
 
 def kind_name(effect: Entry) -> str:
@@ -37,8 +42,79 @@ def kind_name(effect: Entry) -> str:
     return effect_name({**effect, "family": KINDS.get(effect["kind"], effect["kind"]), "variant": ""})
 
 
+def ranking(content: Entry, effect: Entry) -> list[tuple[str, float]]:
+    r"""Return the kinds and places between which a diagnosis chose an effect, with their probabilities.
+
+    The most likely one is first, the last one is something else. They are sums over the rows of `comparison`.
+
+    Examples:
+        >>> joint = {"family": "coulomb_friction", "port": "joint", "kind": "dry friction"}
+        >>> spring = {"family": "linear_spring", "port": "joint", "kind": "elasticity"}
+        >>> rows = [
+        ...     {"effects": [joint], "named": True, "probability": 0.7},
+        ...     {"effects": [spring], "named": False, "probability": 0.2},
+        ...     {"effects": [], "named": False, "probability": 0.001},
+        ... ]
+        >>> for name, share in ranking({"comparison": rows}, {**joint, "confidence": 0.7}):
+        ...     print(name, f"{share:.2f}")
+        dry friction at joint 0.70
+        elasticity at joint 0.20
+        something else 0.10
+    """
+    groups: dict[tuple[object, ...], list[Entry]] = {}
+    for one in _beside(content, effect) or _members(effect):
+        groups.setdefault(tuple(one.get(name) for name in ("kind", *_SHARED)), []).append(one)
+    found = [(_group_name(members), sum(e["probability"] for e in members)) for members in groups.values()]
+    told = sorted((row for row in found if row[1] >= LEAST_TOLD), key=lambda row: -row[1])[:MOST_TOLD]
+    return [*told, (ELSE, max(0.0, 1.0 - sum(share for _, share in told)))]
+
+
+def _beside(content: Entry, effect: Entry) -> list[Entry]:
+    """The last effects of the rows between which an effect was chosen: beside the same effects before it."""
+    named: Sequence[Entry] = next(
+        (row["effects"] for row in content.get("comparison", ()) if row["named"]), []
+    )
+    at = next((k for k, one in enumerate(named) if _label(one) == _label(effect)), None)
+    if at is None:
+        return []
+    before = [_label(one) for one in named[:at]]
+    rows = (row for row in content["comparison"] if row.get("probability") is not None)
+    return [
+        {**(row["effects"][-1] if row["effects"] else {}), "probability": row["probability"]}
+        for row in rows
+        if (not row["effects"] and at == 0)
+        or (len(row["effects"]) == at + 1 and [_label(one) for one in row["effects"][:at]] == before)
+    ]
+
+
+def _members(effect: Entry) -> list[Entry]:
+    """An effect and those that the logs cannot tell from it, where no comparison is known."""
+    known = [one for one in (effect, *effect.get("indistinguishable", ())) if "probability" in one]
+    return known or [{**effect, "probability": effect["confidence"]}]
+
+
+def _label(effect: Entry) -> tuple[object, ...]:
+    return tuple(effect.get(name) for name in ("family", "variant", *_PLACE))
+
+
+def _group_name(members: Sequence[Entry]) -> str:
+    """Kind and place; the parameter only where all likely members have the same."""
+    best = max(members, key=lambda one: float(one["probability"]))
+    if not best.get("kind"):
+        return NOTHING
+    likely = [one for one in members if one["probability"] >= LEAST_TOLD] or [best]
+    same = len({one.get("parameter") for one in likely}) == 1
+    return kind_name(best if same else {**best, "parameter": None})
+
+
+def ranking_sentence(content: Entry, effect: Entry) -> str:
+    """Return the ranking of `ranking` as one line, such as "Dry friction at joint 90 %, ..."."""
+    text = ", ".join(f"{name} {_percent(share)}" for name, share in ranking(content, effect))
+    return text[:1].upper() + text[1:]
+
+
 def kind_sentence(effect: Entry) -> str:
-    r"""Return kind and place of an effect with the probability of the kind, then its forms with theirs.
+    r"""Return the forms that the kind of an effect may have with their probabilities, then other kinds.
 
     Examples:
         >>> other = {"family": "coulomb_friction", "port": "joint", "kind": "dry friction"}
@@ -46,26 +122,27 @@ def kind_sentence(effect: Entry) -> str:
         >>> alike = [{**other, "probability": 0.23}]
         >>> shares = {"confidence": 0.94, "probability": 0.71, "indistinguishable": alike}
         >>> kind_sentence(dahl | shares).replace("\xa0", " ")
-        'Dry friction at joint, 94 %. Form: hysteresis (Dahl) 71 %, Coulomb friction 23 %.'
+        'Form: hysteresis (Dahl) 71 %, Coulomb friction 23 %.'
 
         The plainest law is named, also where another kind is likelier:
 
         >>> viscous = {**other, "family": "viscous_friction", "kind": "damping", "probability": 0.33}
         >>> rare = {**other, "confidence": 0.34, "probability": 0.01, "indistinguishable": [viscous]}
-        >>> kind_sentence(rare).replace("\xa0", " ").partition(". ")[0]
-        'Dry friction at joint, or what these logs cannot tell from it, 34 %'
+        >>> forms, _, why = kind_sentence(rare).replace("\xa0", " ").partition(" These logs ")
+        >>> print(forms, why, sep=chr(10))
+        Form: Coulomb friction 1 %. Other kinds: viscous friction 33 %.
+        cannot tell them apart; Coulomb friction is named as the plainest.
     """
     kind = effect["kind"]
     members = sorted([effect, *effect["indistinguishable"]], key=lambda each: -each.get("probability", 0.0))
     forms = [each for each in members if each.get("kind", kind) == kind]
     others = [each for each in members if each not in forms]
-    known = "probability" in effect
-    share = sum(each.get("probability", 0.0) for each in forms) if known else effect["confidence"]
-    name = kind_name(effect)
-    if share < 0.5 * effect["confidence"]:
-        name, share = f"{name}, or what these logs cannot tell from it", effect["confidence"]
-    text = f"{name[:1].upper()}{name[1:]}, {_percent(share)}. Form: {_listed(forms, effect)}."
-    return f"{text} Other kinds: {_listed(others, effect)}." if others else text
+    text = f"Form: {_listed(forms, effect)}."
+    text = f"{text} Other kinds: {_listed(others, effect)}." if others else text
+    if members[0] is effect or "probability" not in effect:
+        return text
+    law = law_name(effect["family"], effect.get("variant") or "")
+    return f"{text} These logs cannot tell them apart; {law} is named as the plainest."
 
 
 def strangers_sentence(ids: Sequence[str]) -> str:

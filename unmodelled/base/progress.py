@@ -6,6 +6,8 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from multiprocessing import parent_process
 from typing import TYPE_CHECKING, Literal, TypeVar
 
@@ -22,15 +24,27 @@ SOON, FIRST = 0.5, 5.0
 #: Seconds between two plain lines, and between two that are verbose.
 INTERVAL, OFTEN = 15.0, 1.0
 
+_SILENT = ContextVar("silent", default=False)
+
 
 def mode() -> Mode:
     """Return how progress is shown, from the environment variable EXP_PROGRESS and the kind of terminal."""
-    chosen = os.environ.get(VARIABLE, "")
+    chosen = "quiet" if _SILENT.get() else os.environ.get(VARIABLE, "")
     if parent_process() is not None or chosen == "quiet":
         return "quiet"
     if chosen == "verbose":
         return "verbose"
     return "rich" if sys.stderr.isatty() and chosen != "plain" else "plain"
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Show no progress in this thread while the context is open."""
+    token = _SILENT.set(True)
+    try:
+        yield
+    finally:
+        _SILENT.reset(token)
 
 
 def say(what: str) -> None:

@@ -70,11 +70,11 @@ def effect_name(entry: Mapping[str, Any]) -> str:
         >>> effect_name({"family": "parameter_error", "port": "bed", "parameter": "G"})
         'parameter error of G'
     """
-    if "signal" in entry:
+    if entry.get("signal") is not None:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
     law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
-    place = f"of {entry['parameter']}" if "parameter" in entry else f"at {place_name(str(entry['port']))}"
+    place = f"of {entry['parameter']}" if entry.get("parameter") else f"at {place_name(str(entry['port']))}"
     found = f"{law} {place}"
     if entry.get("factor") is not None:
         found += f", where {level_name(entry['factor'], entry['level'])}"
@@ -92,7 +92,7 @@ def number(value: Any) -> str:
         text = f"{value:,.0f}".replace(",", "\u202f" if size >= 1e4 else "")
     elif size and not 1e-4 <= size < 1e7:
         mantissa, exponent = f"{value:.2e}".split("e")
-        text = f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+        text = f"{float(mantissa):g}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
     else:
         text = f"{value:.4g}"
     return text.replace("-", "−")
@@ -100,6 +100,8 @@ def number(value: Any) -> str:
 
 #: Units that are shown with a prefix where a quantity is small, and the prefixes with their sizes.
 _PREFIXED = ("m", "s", "rad", "N", "N m", "N m/s", "A", "V", "W", "J")
+#: Longer units of time with their seconds, from two of which on they are used.
+_LONG = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e-3, "m"), (0.0, 1e-6, "µ"))
 
 
@@ -113,9 +115,13 @@ def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
         ['14\xa0mm', '0.2\xa0mm']
         >>> amounts([1.804], "N", digits=3), amounts([130.0], "m^3/s")
         (['1.8\xa0N'], ['130\xa0m³/s'])
+        >>> amounts([0.0125], "s"), amounts([480.0], "s"), amounts([9000.0, 1800.0], "s")
+        (['12\xa0ms'], ['8\xa0min'], ['2.5\xa0h', '0.5\xa0h'])
     """
     largest = max(map(abs, values), default=0.0)
     size, prefix = 1.0, ""
+    if unit == "s" and largest >= 2.0 * _LONG[-1][0]:
+        size, unit = next(each for each in _LONG if largest >= 2.0 * each[0])
     if unit in _PREFIXED and 1e-7 <= largest < 0.1:
         size, prefix = next((size, prefix) for least, size, prefix in _PREFIXES if largest >= least)
     shown = [f"{number(float(f'{v / size:.{digits}g}'))} {prefix}{unit_text(unit)}" for v in values]
@@ -141,3 +147,26 @@ def part_of(part: float, whole: float, unit: str) -> str:
     return f"{part:.{digits}f} of {whole:.{digits}f} {unit_text(unit)}".strip().replace(
         f" {unit_text(unit)}", f" {unit_text(unit)}".replace(" ", "\u00a0")
     )
+
+
+def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
+    """Format a value and its interval with two significant digits of the width of the interval.
+
+    A number that these digits would round to zero has two digits of its own, where zero is outside of the
+    interval.
+    """
+    if interval is None:
+        return number(value), ""
+    low, high = interval
+    large = max(abs(low), abs(high), abs(value)) if isinstance(value, int | float) else math.inf
+    if not (low < high and 1e-3 <= large < 1e6):
+        return number(value), f"{number(low)} to {number(high)}"
+    digits = max(0, 1 - math.floor(math.log10(high - low)))
+    crosses = low < 0.0 < high
+
+    def shown(v: float) -> str:
+        if v and not crosses and round(v, digits) == 0.0:
+            return number(float(f"{v:.2g}"))
+        return f"{v:z.{digits}f}".replace("-", "−")  # the z drops the sign of a zero
+
+    return shown(value), f"{shown(low)} to {shown(high)}"

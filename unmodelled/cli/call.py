@@ -22,7 +22,7 @@ from unmodelled.base import workers
 from unmodelled.base.errors import BadInput
 from unmodelled.base.extras import missing
 from unmodelled.base.progress import mode
-from unmodelled.cli.overrides import checked_paths
+from unmodelled.cli.overrides import check_given, checked_paths
 from unmodelled.cli.program import Program
 from unmodelled.cli.refusal import raised_in, refuse
 from unmodelled.cli.written import written
@@ -45,6 +45,7 @@ def _called(program: Program, config: DictConfig) -> Any:
     """Leave with exit code 2 on bad input, 1 on a fault."""
     started, since, verbose = time.monotonic(), time.time(), mode() == "verbose"
     try:
+        check_given(config, program)
         paths = checked_paths(config, program)
         if verbose:
             print(OmegaConf.to_yaml(config), file=sys.stderr)

@@ -34,6 +34,14 @@ INSTEAD = {
 }
 
 
+#: Keys that name what a verb reads, with what is said of one that is not there.
+INPUTS = {
+    "system": "no such file: check the path",
+    "logs": "no such folder",
+    "laws": "no such file: check the path",
+}
+
+
 def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     """Check the keys of the stage that `config` names, and resolve it; those that are paths as such."""
     given = inspect.signature(get_method(config["_target_"])).parameters
@@ -58,6 +66,26 @@ def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     for name, path in found.items():
         check_name(name, path)
     return found
+
+
+def check_given(config: DictConfig, program: Program) -> None:
+    """Refuse missing keys and inputs before the libraries of the verb are loaded, which takes seconds."""
+    verb = str(config["_target_"]).rpartition(".")[2]
+    if verb not in program.verbs or {str(key) for key in config} - program.keys(verb):
+        return  # an unknown key is the first thing to say
+    required = program.required_keys(verb)
+    missing = [name for name in required if name in OmegaConf.missing_keys(config)]
+    if missing:
+        as_keys = " ".join(f"{name}=..." for name in missing)
+        raise BadInput(f"{', '.join(missing)} must be given: {as_keys}{_all_keys(program, verb)}")
+    paths = {name: Path(str(config[name])) for name in (*INPUTS, "out") if config.get(name) is not None}
+    for name, path in paths.items():
+        check_name(name, path)
+    given = {name: path for name, path in paths.items() if name in INPUTS}
+    for name, path in given.items():
+        around = [path, *path.parents]
+        if not path.exists() and not any(each.is_file() for each in around):  # else an address in a file
+            raise BadInput(f"{path}: {INPUTS[name]}")
 
 
 def check_words(program: Program, verb: str, words: Sequence[str]) -> None:

@@ -111,6 +111,11 @@ class Program:
         """Return the names of the keys of a verb that must be given, in the order of its configuration."""
         return re.findall(r"^(\w+): \?\?\?", self.config(verb).read_text(), re.MULTILINE)
 
+    def keys(self, verb: str) -> set[str]:
+        """Return the names of all keys of a verb that its configuration file has, and its groups."""
+        text = self.config(verb).read_text()
+        return {"_target_", *self.choices(verb), *re.findall(r"^(\w+):", text, re.MULTILINE)}
+
     def is_choice(self, override: str) -> bool:
         """Tell whether an override such as `model=hybrid` chooses a configuration file."""
         group, _, choice = override.partition("=")

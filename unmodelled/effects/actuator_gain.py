@@ -12,6 +12,7 @@ class ActuatorGain(ActuatorEffect):
     """
 
     family = "actuator_gain"
+    says = "gain off by {g}"
 
     def law(self, at: Site) -> Law:
         if zero := at.zero("u"):

@@ -9,6 +9,7 @@ class ActuatorOffset(ActuatorEffect):
     """Constant added to the input."""
 
     family = "actuator_offset"
+    says = "offset of {u_0}"
 
     def law(self, at: Site) -> Law:
         # the limits of the file are those of what acts

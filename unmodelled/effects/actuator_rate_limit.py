@@ -41,6 +41,7 @@ class RampAndLag(DriveEffect):
 
     family = "actuator_rate_limit"
     variant = "with_lag"
+    says = "rate limit of {r_u} behind a lag of {T_u}"
 
     def law(self, at: Site) -> Law:
         half = at["u"].half

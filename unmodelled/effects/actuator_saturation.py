@@ -83,6 +83,7 @@ class SpeedLimit(_SpeedLimit):
     """
 
     variant = "falling_with_speed"
+    says = "limit of {u_0} at standstill, zero at {v_0}"
     limited, speed = "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))", "v_0"
     at_rest, speeds = (0.3, 2.0), (0.7, 4.0)
 
@@ -95,6 +96,7 @@ class PowerLimit(_SpeedLimit):
     """
 
     variant = "constant_power"
+    says = "limit of {u_0}, falling above {v_b}"
     limited, speed = "clip(u, -u_0*v_b/max(abs(v), v_b), u_0*v_b/max(abs(v), v_b))", "v_b"
     at_rest, speeds = (0.2, 1.0), (0.2, 0.8)
 

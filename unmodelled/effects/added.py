@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
+from unmodelled.base.wording import effect_name
 from unmodelled.effects.columns import Column
 from unmodelled.effects.law import Told, Wave
 from unmodelled.effects.place import Place
@@ -54,6 +55,7 @@ class Added:
     told: Mapping[str, Told] = field(default_factory=dict)
     waves: Mapping[str, Wave] = field(default_factory=dict)  # as in `Law`, in names of `system`
     phrase: str = ""
+    negative: str = ""
     cycle: float | None = None  # as in `Law`
     error: sp.Expr = sp.S.Zero  # of a sensor with a `cycle`, over `RIGHT`
     signals: Mapping[str, str] = field(default_factory=dict)  # signal whose unit a number has
@@ -67,6 +69,14 @@ class Added:
     def site(self) -> tuple[str, str]:
         """Return family and channel; variants of a law at one channel are one explanation."""
         return self.family, self.place.channel
+
+    @property
+    def title(self) -> str:
+        """Return law, place and level in words, such as "Coulomb friction at joint, where oil is old"."""
+        place = self.place
+        about = {"family": self.family, "variant": self.variant, "port": place.channel}
+        where = {"factor": place.factor, "level": place.level, "signal": place.signal}
+        return effect_name({**about, **where, "parameter": place.name if place.kind == "parameter" else None})
 
     @property
     def is_other_value(self) -> bool:

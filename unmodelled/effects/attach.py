@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -56,11 +56,17 @@ def attached(site: Site, law: Law, family: str, variant: str) -> Added:
             names[n]: replace(w, cosine=names[w.cosine], times=names.get(str(w.times), w.times))
             for n, w in law.waves.items()
         },
-        phrase=law.phrase.format_map({n: f"{{{names[n]}}}" for n in law.names}) if law.phrase else "",
+        phrase=_in_names(law.phrase, law, names),
+        negative=_in_names(law.negative, law, names),
         cycle=law.cycle,
         error=sp.S.Zero if law.cycle is None else parts.error(),
         signals=parts.words.signals,
     )
+
+
+def _in_names(phrase: str, law: Law, names: Mapping[str, str]) -> str:
+    """A phrase with the names that the numbers have in the system."""
+    return phrase.format_map({n: f"{{{names[n]}}}" for n in law.names}) if phrase else ""
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ class ConstantLoad(PortEffect):
 
     kind = "load"
     family = "constant_load"
+    says = "load of {F_0}"
     power = "stored"
     domains = ("power", "balance")
 

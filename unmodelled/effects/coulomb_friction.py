@@ -24,6 +24,7 @@ class GradualFriction(CoulombFriction):
     """Dry friction that rises gradually with speed, as in a contact of many asperities."""
 
     variant = "gradual"
+    says = "dry friction of {F_c}, half of it at {v_g}"
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -36,6 +37,7 @@ class CoulombFrictionByDirection(CoulombFriction):
     """Dry friction with another magnitude in each direction."""
 
     variant = "by_direction"
+    says = "dry friction of {F_p} forwards and {F_n} backwards"
 
     def law(self, at: Site) -> Law:
         amplitudes = {

@@ -30,7 +30,11 @@ class ParameterDrift(DriftAlongExperiments):
 
     def law(self, at: Site) -> Law:
         rate = f"{at.place.name}_rate"
-        return Law(f"p + {rate}*t", {rate: signed("t", 0.1 * at["p"].rms / at.duration)})
+        return Law(
+            f"p + {rate}*t",
+            {rate: signed("t", 0.1 * at["p"].rms / at.duration)},
+            phrase=f"{at.place.name} drifts by {{{rate}}}",
+        )
 
 
 class ParameterDriftByOrder(ParameterEffect):
@@ -42,7 +46,12 @@ class ParameterDriftByOrder(ParameterEffect):
     def law(self, at: Site) -> Law:
         step = f"{at.place.name}_step"
         amplitude = signed("experiment_number", 0.1 * at["p"].rms)
-        return Law(f"p + {step}*experiment_number", {step: amplitude}, columns={"experiment_number": Order()})
+        return Law(
+            f"p + {step}*experiment_number",
+            {step: amplitude},
+            columns={"experiment_number": Order()},
+            phrase=f"{at.place.name} changes by {{{step}}} per experiment",
+        )
 
 
 class ParameterDriftThatSettles(DriftAlongExperiments):
@@ -61,8 +70,9 @@ class ParameterDriftThatSettles(DriftAlongExperiments):
         warm = "(1 - exp(-rho*experiment_number - t/T_w))"
         return Law(
             f"p + {change}*{warm}",
-            {change: signed(warm, 0.1 * at["p"].rms)},
-            {
+            phrase=f"{at.place.name} settles by {{{change}}}",
+            amplitudes={change: signed(warm, 0.1 * at["p"].rms)},
+            shapes={
                 "rho": Shape("1", (0.1, 0.5, 2.0), (0.0, 3.0)),
                 "T_w": Shape("t", geometric(0.5 * span, 20.0 * span, 3), (0.25 * span, 1e3 * span)),
             },
@@ -76,6 +86,7 @@ class LoadDrift(PortEffect):
     kind = "load"
     family = "drift"
     variant = "load"
+    says = "load that drifts by {F_r}"
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
@@ -88,6 +99,7 @@ class LoadDriftByOrder(PortEffect):
     kind = "load"
     family = "drift"
     variant = "load_by_order"
+    says = "load that changes by {F_n} per experiment"
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 from unmodelled.effects.added import Added
@@ -113,6 +114,10 @@ class Effect(ABC):
 class LawEffect(Effect):
     """Effect that is described by a law."""
 
+    #: The effect in a few words, as `phrase` and `negative` of a law that has none of its own.
+    says: ClassVar[str] = ""
+    says_negative: ClassVar[str] = ""
+
     @abstractmethod
     def law(self, at: Site) -> Law:
         """Return the law at a place, with starting values chosen from the magnitudes there.
@@ -126,7 +131,10 @@ class LawEffect(Effect):
 
     def add(self, system: System, place: Place, scales: Scales) -> Added:
         where = site(system, place, scales)
-        return attached(where, self.law(where), self.family, self.variant)
+        law = self.law(where)
+        if self.says and not law.phrase:
+            law = replace(law, phrase=self.says, negative=self.says_negative)
+        return attached(where, law, self.family, self.variant)
 
 
 class PortEffect(LawEffect):

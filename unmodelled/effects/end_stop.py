@@ -46,6 +46,7 @@ class UpperStop(_EndStop):
     """Stop at the upper end of the travel."""
 
     variant = "upper"
+    says = "stop at {x_h}"
     ends = ("x_h",)
 
 
@@ -53,6 +54,7 @@ class LowerStop(_EndStop):
     """Stop at the lower end of the travel."""
 
     variant = "lower"
+    says = "stop at {x_l}"
     ends = ("x_l",)
 
 
@@ -60,4 +62,5 @@ class BothStops(_EndStop):
     """Equal stops at both ends of the travel."""
 
     variant = "both"
+    says = "stops at {x_l} and {x_h}"
     ends = ("x_l", "x_h")

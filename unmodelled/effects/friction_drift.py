@@ -16,6 +16,7 @@ class DryFrictionDrift(PortEffect):
     kind = "dry friction"
     family = "drift"
     variant = "dry_friction"
+    says = "dry friction that drifts by {F_t}"
     needs = ("velocity",)
     beside = frozenset({"coulomb_friction", "hysteresis", "load_friction", "stribeck_friction"})
 
@@ -30,6 +31,7 @@ class ViscousFrictionDrift(PortEffect):
     kind = "damping"
     family = "drift"
     variant = "viscous_friction"
+    says = "viscous friction that drifts by {d_t}"
     needs = ("velocity",)
     beside = frozenset({"viscous_friction", "stribeck_friction"})
 

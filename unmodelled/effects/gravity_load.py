@@ -1,7 +1,7 @@
 """Weight of a body that turns about an axis off its centre of gravity."""
 
 from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.law import Law, signed
+from unmodelled.effects.law import Law, Wave, signed
 from unmodelled.effects.place import Site
 from unmodelled.systems import units
 from unmodelled.systems.model import Port, System
@@ -16,6 +16,7 @@ class GravityLoad(PortEffect):
 
     kind = "load"
     family = "gravity_load"
+    says = "weight of {W_s}"
     needs = ("position",)
     power = "stored"
 
@@ -25,4 +26,4 @@ class GravityLoad(PortEffect):
 
     def law(self, at: Site) -> Law:
         amplitudes = {"W_s": signed("sin(x)", at.effort), "W_c": signed("cos(x)", at.effort)}
-        return Law("W_s*sin(x) + W_c*cos(x)", amplitudes)
+        return Law("W_s*sin(x) + W_c*cos(x)", amplitudes, waves={"W_s": Wave("W_c", 1.0)})

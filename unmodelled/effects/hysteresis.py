@@ -20,6 +20,7 @@ class _Hysteresis(PortEffect):
 
     kind = "dry friction"
     family = "hysteresis"
+    says = "hysteresis of {F_h}, built up over {x_h}"
     needs = ("velocity",)
     power = "lost over a cycle"
     build_up: ClassVar[str]  # dz/dt times the distance

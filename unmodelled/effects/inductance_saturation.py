@@ -14,6 +14,7 @@ class InductanceSaturation(CoilEffect):
 
     kind = "number"
     family = "inductance_saturation"
+    says = "inductance that falls by {L_s} beyond {i_s}"
     needs = ("velocity", "mass")
     power = "stored"
 

@@ -14,6 +14,7 @@ class InertiaError(PortEffect):
 
     kind = "number"
     family = "inertia_error"
+    says = "inertia off by {dM}"
     needs = ("velocity", "mass")
     power = "stored"
 
@@ -27,6 +28,7 @@ class MassWithItsWeight(PortEffect):
     kind = "number"
     family = "inertia_error"
     variant = "with_weight"
+    says = "mass off by {dM}, with a weight of {F_g}"
     needs = ("velocity", "mass")
 
     def law(self, at: Site) -> Law:

@@ -27,13 +27,17 @@ class ParameterByInput(ParameterEffect):
 
     def law(self, at: Site) -> Law:
         slope = f"{at.place.name}_per_{at.place.signal}"
+        said = f"{at.place.name} changes by {{{slope}}} with {at.place.signal}"
         low, high = at["w"].low, at["w"].high
         nearest = min(max(0.0, low), high)
         size = 0.1 * at["p"].rms / max(high - low, 1e-9 * at["w"].rms)
         if nearest == 0.0:
-            return Law(f"p + {slope}*w", {slope: signed("w", size)})
+            return Law(f"p + {slope}*w", {slope: signed("w", size)}, phrase=said)
         return Law(
-            f"p + {slope}*(w - w_0)", {slope: signed("(w - w_0)", size)}, fixed={"w_0": Fixed("w", nearest)}
+            f"p + {slope}*(w - w_0)",
+            {slope: signed("(w - w_0)", size)},
+            fixed={"w_0": Fixed("w", nearest)},
+            phrase=said,
         )
 
 
@@ -50,10 +54,16 @@ class LoadByInput(PortEffect):
 
     def law(self, at: Site) -> Law:
         slope = f"{at.place.name}_per_{at.place.signal}"
+        said = f"load that changes by {{{slope}}} with {at.place.signal}"
         if not (zero := at.zero("w")):
-            return Law(f"{slope}*w", {slope: signed("w", at.effort / at["w"].rms)})
+            return Law(f"{slope}*w", {slope: signed("w", at.effort / at["w"].rms)}, phrase=said)
         size = at.effort / max(abs(at["w"].low - zero), abs(at["w"].high - zero), 1.0)
-        return Law(f"{slope}*(w - w_0)", {slope: signed("(w - w_0)", size)}, fixed={"w_0": Fixed("w", zero)})
+        return Law(
+            f"{slope}*(w - w_0)",
+            {slope: signed("(w - w_0)", size)},
+            fixed={"w_0": Fixed("w", zero)},
+            phrase=said,
+        )
 
 
 def _with_signals(system: System, places: tuple[Place, ...]) -> tuple[Place, ...]:

@@ -225,6 +225,7 @@ class Law:
             amplitude and phase; default none.
         phrase: the effect in a few words with its numbers, by their names in braces; default "": the first
             number and the name of the family.
+        negative: the same where the first number is negative; default "": the phrase.
         cycle: at a sensor, length in SI units of what it shows after which its error, a function of y alone,
             comes again; inf for an error that does not. A table over a cycle, or over all logged values,
             compensates such an error; default None: it cannot be compensated by what is shown.
@@ -243,6 +244,7 @@ class Law:
     told: Mapping[str, Told] = field(default_factory=dict)
     waves: Mapping[str, Wave] = field(default_factory=dict)
     phrase: str = ""
+    negative: str = ""
     cycle: float | None = None
 
     @property

@@ -13,6 +13,8 @@ class LinearSpring(PortEffect):
 
     kind = "elasticity"
     family = "linear_spring"
+    says = "stiffness of {k}"
+    says_negative = "negative stiffness of {k}"
     needs = ("position",)
     power = "stored"
 
@@ -24,6 +26,8 @@ class PreloadedSpring(LinearSpring):
     """Spring with a force F_0 at position zero."""
 
     variant = "preloaded"
+    says = "stiffness of {k} with a preload of {F_0}"
+    says_negative = "negative stiffness of {k} with a preload of {F_0}"
 
     def law(self, at: Site) -> Law:
         amplitudes = {"k": signed("x", at.effort / at["x"].rms), "F_0": signed("1", at.effort)}

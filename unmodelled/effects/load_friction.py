@@ -38,6 +38,7 @@ class LoadFrictionByDirection(OfLoad):
     """
 
     variant = "by_direction"
+    says = "friction of {k_d} of the load where it drives and {k_b} where it brakes"
 
     def law(self, at: Site) -> Law:
         amplitudes = {

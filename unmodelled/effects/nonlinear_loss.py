@@ -11,6 +11,8 @@ class NonlinearLoss(BalanceEffect):
 
     kind = "damping"
     family = "nonlinear_loss"
+    says = "loss that changes by {q_1} over half of the range"
+    says_negative = "loss that falls by {q_1} over half of the range"
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "q", 3)

@@ -19,6 +19,8 @@ class HardeningSpring(_Spring):
     """Duffing spring: a stiffness that grows, or falls, with the square of position."""
 
     variant = "hardening"
+    says = "stiffness of {k} at the middle, with a cubic part of {k_3}"
+    says_negative = "negative stiffness of {k} at the middle, with a cubic part of {k_3}"
 
     def law(self, at: Site) -> Law:
         size = at["x"].rms
@@ -30,6 +32,7 @@ class PolynomialSpring(_Spring):
     """Spring with any smooth characteristic: a polynomial of order four about the middle of the travel."""
 
     variant = "polynomial"
+    says = "effort that changes by {F_1} over half of the travel"
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "F", 4)
@@ -55,6 +58,7 @@ class OneSidedSpringAbove(_OneSided):
     """Spring in contact above a position."""
 
     variant = "one_sided_above"
+    says = "contact from {x_0} upwards"
     sign, depth = "", "max(x - x_0, 0)/x_d"
 
 
@@ -62,6 +66,7 @@ class OneSidedSpringBelow(_OneSided):
     """Spring in contact below a position."""
 
     variant = "one_sided_below"
+    says = "contact from {x_0} downwards"
     sign, depth = "-", "max(x_0 - x, 0)/x_d"
 
 

@@ -11,6 +11,7 @@ class Overflow(BalanceEffect):
 
     kind = "damping"
     family = "overflow"
+    says = "overflow above {x_o}"
     warm = False
     #: Exponent of the level above the threshold.
     exponent = 1.0

@@ -13,4 +13,8 @@ class ParameterChange(ParameterEffect):
 
     def law(self, at: Site) -> Law:
         change = f"{at.place.name}_change"
-        return Law(f"p + {change}", {change: signed("1", 0.1 * at["p"].rms)})
+        return Law(
+            f"p + {change}",
+            {change: signed("1", 0.1 * at["p"].rms)},
+            phrase=f"{at.place.name} changes by {{{change}}}",
+        )

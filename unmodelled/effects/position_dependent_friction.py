@@ -46,6 +46,7 @@ class FrictionAlongTravel(_PositionDependentFriction):
     """
 
     variant = "along_travel"
+    says = "dry friction of {F_a} at the lower end and {F_b} at the upper end"
 
     def level(self, at: Site) -> Level:
         s = "(x - x_a)/(x_b - x_a)"
@@ -60,6 +61,7 @@ class ViscousFrictionAlongTravel(FrictionAlongTravel):
 
     kind = "damping"
     variant = "viscous_along_travel"
+    says = "viscous friction of {F_a} at the lower end and {F_b} at the upper end"
     dry = False
 
 
@@ -67,6 +69,7 @@ class PeriodicFriction(_PositionDependentFriction):
     """Dry friction of a constant level plus a wave over position."""
 
     variant = "periodic"
+    says = "dry friction of {F_0}, and up to {F_1} more along the position"
 
     def level(self, at: Site) -> Level:
         wave, grid = "0.5*(1 + cos(k_x*x - phi))", waves(at, 6)
@@ -83,6 +86,7 @@ class FrictionOverAnArc(_PositionDependentFriction):
     """
 
     variant = "arc"
+    says = "dry friction of {F_0}, and up to {F_1} more over an arc"
 
     def level(self, at: Site) -> Level:
         wave, grid = "max((cos(k_x*x - phi) - c)/(1 - c), 0)", waves(at, 2)
@@ -98,6 +102,7 @@ class TightSpot(_PositionDependentFriction):
     """Dry friction around one position."""
 
     variant = "tight_spot"
+    says = "tight spot of {F_1} around {x_s}"
 
     def level(self, at: Site) -> Level:
         where, half = at["x"], at["x"].half

@@ -19,6 +19,8 @@ class RcBranch(SensorEffect):
     """
 
     family = "rc_branch"
+    says = "RC branch of {R_1} with {tau_1}"
+    says_negative = "negative RC branch of {R_1} with {tau_1}"
 
     def places(self, system: System) -> tuple[Place, ...]:
         outputs = (o for o in system.outputs if direct_input(system, o) is not None)

@@ -18,6 +18,7 @@ class SelfHeating(CoilEffect):
 
     kind = "number"
     family = "self_heating"
+    says = "self-heating with a time constant of {tau_h}"
     power = "lost"
 
     def law(self, at: Site) -> Law:

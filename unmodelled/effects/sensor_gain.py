@@ -15,6 +15,7 @@ class SensorGain(SensorEffect):
     """Constant relative error of the sensor's gain, about 0 degC of a temperature."""
 
     family = "sensor_gain"
+    says = "gain off by {g}"
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return dict.fromkeys(added.amplitudes, CALIBRATION)

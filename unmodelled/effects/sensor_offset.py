@@ -15,6 +15,7 @@ class SensorOffset(SensorEffect):
     """Constant added to the measured quantity."""
 
     family = "sensor_offset"
+    says = "zero off by {y_0}"
 
     def usual(self, added: Added, period: float) -> Mapping[str, float]:
         return {name: USUAL_SIZES * added.scales[name] for name in added.amplitudes}

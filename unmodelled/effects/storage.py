@@ -14,6 +14,7 @@ class Storage(BalanceEffect):
 
     kind = "number"
     family = "storage"
+    says = "second store behind {k}, time constant {tau_n}"
 
     def law(self, at: Site) -> Law:
         grid = geometric(4.0 * at.period, _SLOW * at.duration, 6)

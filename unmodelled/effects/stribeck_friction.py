@@ -11,6 +11,7 @@ class StribeckFriction(PortEffect):
 
     kind = "dry friction"
     family = "stribeck_friction"
+    says = "dry friction of {F_c}, and {F_b} more at standstill"
     needs = ("velocity",)
     power = "lost"
 

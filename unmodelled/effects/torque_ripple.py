@@ -3,7 +3,7 @@
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.gravity_load import GravityLoad
 from unmodelled.effects.grids import waves
-from unmodelled.effects.law import Law, Shape, signed
+from unmodelled.effects.law import Law, Shape, Wave, signed
 from unmodelled.effects.place import Site
 
 #: Spatial frequencies that are tried.
@@ -15,6 +15,7 @@ class TorqueRipple(PortEffect):
 
     kind = "load"
     family = "torque_ripple"
+    says = "ripple with the wave number {k_x}"
     needs = ("position",)
     power = "stored"
 
@@ -50,7 +51,8 @@ class TorqueRippleOncePerTurn(GravityLoad):
 
     family = "torque_ripple"
     variant = "once_per_turn"
+    says = "ripple of {A_s}"
 
     def law(self, at: Site) -> Law:
         amplitudes = {"A_s": signed("sin(x)", at.effort), "A_c": signed("cos(x)", at.effort)}
-        return Law("A_s*sin(x) + A_c*cos(x)", amplitudes)
+        return Law("A_s*sin(x) + A_c*cos(x)", amplitudes, waves={"A_s": Wave("A_c", 1.0)})

@@ -58,8 +58,16 @@ class Translation:
         for name, value in self.adds.items():
             own = value.expression == 1 or value.quantity.dimension == units.ONE != site.dimension
             quotient = _quotient(site.dimension, value.quantity.dimension)
-            found[name] = site.unit if own else self._described(quotient)
+            angular = self._angular(self.law.terms[name].adds)
+            found[name] = angular or (site.unit if own else self._described(quotient))
         return found
+
+    def _angular(self, adds: str) -> str:
+        """Unit of a stiffness or a damping of rotation, which the radian tells from a torque; else ""."""
+        known, torque = self.site.quantities, self.site.unit
+        if torque != "N m" or adds not in known:
+            return ""
+        return {"rad": "N m/rad", "rad/s": "N m s/rad"}.get(known[adds].unit, "")
 
     def _described(self, dimension: Dimension | None) -> str:
         """Unit of a dimension; the rate of a torque has that of a power, but is none."""

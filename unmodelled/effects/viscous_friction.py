@@ -25,6 +25,7 @@ class ShearThinning(ViscousFriction):
     """
 
     variant = "shear_thinning"
+    says = "viscous friction of {d}, less above {v_e}"
 
     def law(self, at: Site) -> Law:
         speed = at["v"].rms
@@ -38,6 +39,7 @@ class ViscousFrictionByDirection(ViscousFriction):
     """Friction proportional to speed, with another coefficient in each direction."""
 
     variant = "by_direction"
+    says = "viscous friction of {d_p} forwards and {d_n} backwards"
 
     def law(self, at: Site) -> Law:
         scale = at.effort / at["v"].rms

@@ -16,6 +16,7 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.logs.assembly import assembled, checked_in_si, units_of
 from unmodelled.logs.cells import frame_columns
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.frames import FramesGiven, frames_of
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.measurements import Continued, Measurements, names
 from unmodelled.logs.recognition import refuse_missing
@@ -66,13 +67,15 @@ class Logs(Measurements):
 
     @classmethod
     def from_frames(
-        cls, frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
+        cls, frames: FramesGiven, system: System, experiments: pd.DataFrame | None = None
     ) -> Logs:
         """Take over measured experiments from data frames, with the checks of `read_logs`.
 
         Args:
-            frames: experiments by their ids, each with the column `t` (s, dates or durations) and the columns
-                that the inputs and outputs of `system` name, in their units; a row per sample, 50 or more.
+            frames: experiments by their ids, in a list, or one data frame (with the column `experiment`, if
+                it has several); a mapping of columns stands for a data frame. Each has the column `t` (s,
+                dates or durations) and those that the inputs and outputs of `system` name, in their units; a
+                row per sample, 50 or more.
             system: system whose inputs and outputs name the columns.
             experiments: optional table whose index holds the ids; its columns are the constants of the
                 operating point of each experiment, optionally `group`, anything else.
@@ -90,10 +93,11 @@ class Logs(Measurements):
             inputs: torque
             note: omega was estimated from theta by smoothing differentiation over 21 samples
         """
-        table, faults, logs = _table(list(frames), experiments), Faults(), []
-        if frames:
+        named = frames_of(frames)
+        table, faults, logs = _table(list(named), experiments), Faults(), []
+        if named:
             refuse_missing("experiments: row 1", "the table", table.header, logged(system))
-        for name, frame in frames.items():
+        for name, frame in named.items():
             with faults.collected():
                 log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
                 logs.append(checked_in_si(log, system))

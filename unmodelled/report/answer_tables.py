@@ -55,10 +55,10 @@ def parameter_table(content: Content) -> pd.DataFrame:
 
 def comparison_table(content: Content) -> pd.DataFrame:
     """Return the compared hypotheses, see `Answer.comparison`."""
-    numbers = ["score", "difference", "standard_error", "named"]
+    numbers = ["score", "difference", "standard_error", "named", "probability"]
     found = sorted(content["comparison"], key=lambda entry: entry["difference"])
     rows = [
-        (rank, effect_names(entry["effects"]), *(entry[name] for name in numbers))
+        (rank, effect_names(entry["effects"]), *(entry.get(name) for name in numbers))
         for rank, entry in enumerate(found, start=1)
     ]
     return ComparisonTable(rows, columns=["rank", "hypothesis", *numbers])

@@ -67,7 +67,7 @@ class ListedAnswer:
     place: str  # channel by which most of the gap enters, with its share; empty if there is none
     before: Error  # of the system file as given
     after: Error | None  # with effects and refitted parameters; None: nothing was fitted
-    written: datetime  # change of diagnosis.json; an answer records no date
+    written: datetime  # time of the diagnosis; where it says none, of the last change of diagnosis.json
     rows: tuple[Compared, ...]  # of a comparison with another answer
 
     def residual(self) -> tuple[Array, Array] | None:
@@ -120,9 +120,21 @@ def _read(folder: Path, listed: Path) -> ListedAnswer:
         "".join(f"{place_name(str(row['port']))}, {percent(row['share'])}" for row in channels),
         _error(content, "known"),
         _error(content, "augmented") if fitted else None,
-        datetime.fromtimestamp((folder / SUMMARY).stat().st_mtime, UTC),
+        _made(content, folder / SUMMARY),
         (Compared("verdict", headline(content)), *_errors(gap, fitted), *_numbers(content)),
     )
+
+
+def _made(content: Entry, file: Path) -> datetime:
+    kept = content.get("sources")
+    try:
+        return datetime.fromisoformat(str(kept["made"])).astimezone(UTC) if kept else _changed(file)
+    except (LookupError, TypeError, ValueError):
+        return _changed(file)
+
+
+def _changed(file: Path) -> datetime:
+    return datetime.fromtimestamp(file.stat().st_mtime, UTC)
 
 
 def _main_amount(effect: Entry) -> str:

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import base64
+import os
+import shlex
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.base.files import read_json, replacing
 from unmodelled.base.kind_words import kind_name, kind_sentence, strangers_sentence
+from unmodelled.base.next_step import AUGMENTED, next_step
 from unmodelled.base.sure_numbers import as_said, doubt
 from unmodelled.base.wording import effect_name, place_name
 from unmodelled.report.diagnosis_tables import (
-    GAPS,
     chain_table,
     changes_table,
     comparison_table,
@@ -30,32 +32,41 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import headline, kinds_of, outcome, percent, remains
+from unmodelled.report.headline import (
+    UNEXPLAINED,
+    fallen,
+    headline,
+    left_looks_like,
+    outcome,
+    percent,
+    rankings,
+    remains,
+)
 from unmodelled.report.machine_drawing import machine_drawing
-from unmodelled.report.numbers import number, short, unit_text
+from unmodelled.report.numbers import amounts, number, short
 from unmodelled.report.rendering import ORIGINS, one_file
-from unmodelled.report.search import as_block, figure_entries, table_entries
+from unmodelled.report.search import as_block, figure_entries, row_entries, table_entries
 from unmodelled.report.tables import Table
 from unmodelled.systems.units import parse_logged
 
 PAGE = "index.html"
-#: Outputs whose errors are sentences; those of more outputs are read more easily in their table.
-MOST_SENTENCES = 2
+#: What the augmented system file changes, in the folder of the tables.
+CHANGES = "augmented_system.diff"
+#: Lines of that which a page shows.
+MOST_LINES = 200
 
 
 def write_page(folder: Path, command: str) -> None:
     """Write index.html, the page of a diagnosis, from diagnosis.json and the folders `tables` and `figures`.
 
-    The tables of the page are also written as CSV files into `tables`, and figures/figures.json gets the
-    command. The page contains its style, its scripts, its figures and, where tables/live.json exists, the
-    machine that it simulates. Its content security policy allows these scripts by their digests only: names
-    and logs are data.
+    The tables of the page are also written as CSV files into `tables`. The page names the command. It
+    contains its style, scripts, figures and, where tables/live.json exists, the machine that it simulates.
+    Its content security policy allows these scripts by their digests only: names and logs are data.
     """
-    listed = folder / "figures" / "figures.json"
-    write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
-    shown = view(folder)
+    shown = {**view(folder), "command": command}
     figures, tables = shown["figures"].values(), shown["tables"]
-    search = as_block([*figure_entries(figures, ""), *table_entries(tables, "")])
+    entries = [*figure_entries(figures, ""), *table_entries(tables, ""), *row_entries(tables, "")]
+    search = as_block(entries)
     text = one_file("diagnosis.html.j2", live=_live(folder, shown), search=search, **shown)
     for figure in figures:
         address = f"figures/{figure.source.name}"
@@ -68,12 +79,30 @@ def write_page(folder: Path, command: str) -> None:
         temporary.write_text(text)
 
 
-def command_of(content: Mapping[str, Any]) -> str:
-    """Return the command line that gives an answer; none where system or logs are no files."""
+def command_of(content: Mapping[str, Any], out: Path | None = None) -> str:
+    """Return the command line that gives an answer; none where system or logs are no files.
+
+    Paths are those from the working folder, as the user would write them there.
+    """
     kept = content.get("sources")
-    system, logs = (kept.get(name) if isinstance(kept, dict) else None for name in ("system", "logs"))
-    horizon, seed = content["gap"]["horizon"], content["seed"]
-    return f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}" if system and logs else ""
+    files = kept if isinstance(kept, dict) else {}
+    if not (files.get("system") and files.get("logs")):
+        return ""
+    words = {name: os.path.relpath(files[name]) for name in ("system", "logs", "laws") if files.get(name)}
+    words |= {"horizon": f"{content['gap']['horizon']}", "seed": f"{content['seed']}"}
+    if changed := content.get("options"):
+        words["options"] = "{" + ", ".join(f"{name}: {value}" for name, value in changed.items()) + "}"
+    words |= {} if out is None else {"out": os.path.relpath(out)}
+    return shlex.join(["unmodelled", "diagnose", *(f"{name}={value}" for name, value in words.items())])
+
+
+def made_from(content: Mapping[str, Any]) -> str:
+    """Return from which files an answer comes, and when it was made; empty where it does not say."""
+    kept = content.get("sources")
+    files = kept if isinstance(kept, dict) else {}
+    names = [Path(str(files[name])).name for name in ("system", "logs") if files.get(name)]
+    made = str(files.get("made", "")).replace("T", " ").replace("+00:00", " UTC")
+    return ", ".join(filter(None, [" and ".join(names), made]))
 
 
 def _live(folder: Path, shown: Mapping[str, Any]) -> str:
@@ -131,8 +160,13 @@ def view(folder: Path) -> dict[str, Any]:
         "content": content,
         "about": about,
         "headline": headline(content),
-        "outcome": outcome(content),
-        "kinds": kinds_of(content),
+        "outcome": UNEXPLAINED if content["verdict"] == "unknown" else outcome(content),
+        "looks": " ".join(left_looks_like(content)) if content["verdict"] == "unknown" else "",
+        "ranking": rankings(content),
+        "next": next_step(content).replace("in index.html", "on this page").replace(PAGE, "this page"),
+        "offered": (folder / AUGMENTED).exists(),
+        "augmented_file": AUGMENTED,
+        "changes": _changes(folder / "tables" / CHANGES),
         "strangers": strangers_sentence(content["strangers"]) if content.get("strangers") else "",
         "remains": remains(content),
         "drawing": machine_drawing(content, about["machine"]) if "machine" in about else "",
@@ -148,8 +182,11 @@ def view(folder: Path) -> dict[str, Any]:
         "tables": [*effects, *where, *others.values()],
         "figures": {figure.id: figure for figure in read_figures(folder / "figures")},
         "origin": about["data"],
-        "banner": ORIGINS[about["data"]] if about["data"] else "",
+        "banner": ORIGINS[about["data"]] if about["data"] not in ("", "measured") else "",
+        "made": made_from(content),
+        "tiles": _tiles(content),
         "short": short,
+        "amounts": amounts,
         "percent": percent,
         "place_name": place_name,
     }
@@ -161,41 +198,36 @@ def _summary(content: Mapping[str, Any]) -> str:
             "No effect was searched or fitted, because it would explain the fault of the logs. Correct the "
             "logs or the system file, and run the diagnosis again."
         )
-    gap = {name: short(value) for name, value in content["gap"].items() if name in GAPS}
-    found = (
-        f"In standard deviations of the outputs, the model as given is off by {gap['known']}, with refitted "
-        f"parameters by {gap['reidentified']}"
-    )
-    found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
-    outputs = content["gap"].get("units", {})
-    errors = "The table below has the errors of every output."
-    if len(outputs) <= MOST_SENTENCES:
-        errors = " ".join(_error(name, as_said(entry), content) for name, entry in outputs.items())
-    if "persistence" in gap:
-        found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are those of an experiment by a fit to the others; each is left out once."
     if content.get("chance") is not None and content["verdict"] != "no_gap":
         held += (
             " If nothing were missing, the best of all laws would lower the error as much with a probability "
             f"of {short(content['chance'])}."
         )
-    return f"{errors} {found}; the noise floor of the sensors is {gap['floor']}. {held}".strip()
+    return held
 
 
-def _error(output: str, entry: Mapping[str, Any], content: Mapping[str, Any]) -> str:
-    """Return the error of an output in its unit as a sentence: as given, and with the effects found."""
-
-    def said(model: str) -> str:
-        near, far = (
-            "diverges"
-            if value is None
-            else f"{number(float(f'{value:.2g}'))} {unit_text(entry['unit'])}".strip()
-            for value in (entry[model], entry[f"{model}_whole_run"])
-        )
-        return f"{near} after {number(content['gap']['horizon'])} s and {far} over whole runs"
-
-    label = "with the effects found" if content["effects"] else "re-identified"
-    return f"{output} is off by {said('known')}; {label}, by {said('augmented')}."
+def _tiles(content: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Numbers of the answer with what they are: the error in units first."""
+    gap, fitted = content["gap"], content["verdict"] != "check_logs"
+    tiles = [(percent(content["confidence"]), "confidence in this verdict")]
+    every = [(name, as_said(entry)) for name, entry in gap.get("units", {}).items()]
+    for name, entry in [*fallen(content), *every][:1]:
+        after = "with the effects" if content["effects"] else "with refitted parameters"
+        models = {"known": "as given", **({"augmented": after} if fitted else {})}
+        known = [entry[model] for model in models if entry[model] is not None]
+        shown = iter(amounts(known, entry["unit"]))
+        texts = ["diverges" if entry[model] is None else next(shown) for model in models]
+        about = f"error of {name} after {amounts([gap['horizon']], 's')[0]}, {' and '.join(models.values())}"
+        tiles.insert(0, (" → ".join(texts), about))
+    if content["effects"]:
+        low, high = map(percent, gap["interval"])
+        ends = f", 95\u202f% interval {low} to {high}" if low != high else ""
+        tiles.append((percent(gap["shrink"]), f"of the squared gap explained{ends}"))
+    if gap["floor"] and fitted:
+        times = number(float(f"{max(gap['augmented'] / gap['floor'], 1.0):.2g}"))
+        tiles.append((f"{times} ×", "the error that sensor noise alone causes is left"))
+    return tiles
 
 
 def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -> dict[str, Any]:
@@ -216,6 +248,17 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
         "only_with": [effect_name(other) for other in effect.get("only_with", ())],
         "alike": [effect_name(other) for other in effect["indistinguishable"]],
     }
+
+
+def _changes(file: Path) -> list[tuple[str, str]]:
+    """Lines of a difference with what they are: added, removed, a place, or nothing of these."""
+    if not file.exists():
+        return []
+    marks = {"+": "added", "-": "removed", "@": "place"}
+    lines = file.read_text(encoding="utf-8").splitlines()[2:]
+    found = [(marks.get(line[:1], ""), line) for line in lines[:MOST_LINES]]
+    rest = len(lines) - len(found)
+    return [*found, *([("place", f"... and {rest} lines more")] if rest else [])]
 
 
 def _equation(law: str, left: str) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from unmodelled.base.sure_numbers import as_said, interval_of, remark
 from unmodelled.base.wording import effect_name, effect_names, law_name, place_name
-from unmodelled.report.numbers import number, quantity, short
-from unmodelled.report.tables import Cell, Table, error_cell, number_cell, unit_cell
+from unmodelled.report.numbers import amounts, quantity, short
+from unmodelled.report.tables import Cell, Table, number_cell, unit_cell
 
 GAPS = {
     "known": ("as given", "the system file without changes"),
@@ -18,6 +18,8 @@ GAPS = {
     "floor": ("noise", "noise floor: the gap that sensor noise alone causes"),
     "persistence": ("persistence", "prediction that every output keeps its value or its speed"),
 }
+#: Standard errors beyond which a difference is no chance.
+SURE = 2.0
 #: Robot files whose free runs in MuJoCo are compared.
 ROBOT_FILES = {
     "given": "the robot file as given",
@@ -64,24 +66,27 @@ def gap_table(content: Mapping[str, Any]) -> Table:
 
 def units_table(content: Mapping[str, Any]) -> Table:
     """Return the errors of experiments left out in units of the outputs."""
-    rows, gap = [], content["gap"]
+    rows, exact, gap = list[tuple[Cell, ...]](), list[tuple[str, ...]](), content["gap"]
     label = "With the effects found" if content["effects"] else "Re-identified"
     models = {"known": "As given", "augmented": label}
     if content["verdict"] == "check_logs":
         del models["augmented"]
-    spans = {f"{number(gap['horizon'])} s" if "horizon" in gap else "horizon": "", "whole run": "_whole_run"}
+    near = amounts([gap["horizon"]], "s", 3)[0] if "horizon" in gap else "horizon"
+    spans = {near: "", "whole run": "_whole_run"}
     for name, given in gap.get("units", {}).items():
         entry = as_said(given)
         for span, key in spans.items():
-            cells = (error_cell(entry[f"{model}{key}"]) for model in models)
-            rows.append((Cell(name, name), Cell(span, span), *cells, unit_cell(entry["unit"])))
-    columns = ("Output", "After", *models.values(), "Unit")
+            cells = _amounts([entry[f"{model}{key}"] for model in models], entry["unit"])
+            rows.append((Cell(name, name), Cell(span, span), *cells))
+            exact.append((*(cell.exact for cell in rows[-1]), entry["unit"]))
+    columns = ("Output", "After", *models.values())
     about = (
         "Root mean square errors of experiments left out: at the last sample of the free-run windows, and "
         "over all samples of whole experiments, simulated from their first state."
     )
-    numeric = _numeric("00" + "1" * len(models) + "0")
-    return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about)
+    numeric = _numeric("00" + "1" * len(models))
+    download = ((*columns, "Unit"), *exact) if rows else ()
+    return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about, download=download)
 
 
 def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
@@ -113,6 +118,12 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
         ),
     ]
     return [table for table in tables if table.rows]
+
+
+def _amounts(values: Sequence[float | None], unit: str) -> list[Cell]:
+    """Cells of errors with their unit, all with the same prefix; a simulation that diverges has none."""
+    shown = iter(amounts([value for value in values if value is not None], unit, 3))
+    return [Cell("diverges", "") if v is None else Cell(next(shown), str(v)) for v in values]
 
 
 def experiments_table(content: Mapping[str, Any]) -> Table:
@@ -147,19 +158,58 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
 
 
 def comparison_table(content: Mapping[str, Any]) -> Table:
-    """Return all models that were fitted."""
+    """Return all models that were fitted, with their errors in units, and why each is not the named one."""
+    every = content["comparison"]
+    outputs = list(dict.fromkeys(name for row in every for name in row.get("errors", ())))
+    named = next((row for row in every if row["named"]), None)
     rows = []
-    for row in content["comparison"]:
-        name = effect_names(row["effects"])
-        numbers = (number_cell(row[key]) for key in ("score", "difference", "standard_error"))
-        rows.append((Cell(name, name), *numbers))
+    for row in every:
+        name, errors = effect_names(row["effects"]), row.get("errors", {})
+        cells = [
+            Cell(amounts([errors[o]["value"]], errors[o]["unit"], 3)[0], str(errors[o]["value"]))
+            if o in errors and errors[o]["value"] is not None
+            else Cell("–", "")
+            for o in outputs
+        ]
+        likely = row.get("probability")
+        share = number_cell(None) if likely is None else _probability(likely)
+        why = _why(row, named, content)
+        numbers = (number_cell(row[key]) for key in ("difference", "standard_error"))
+        rows.append((Cell(name, name), share, *cells, Cell(why, why, "small"), *numbers))
+    lengths = {row["horizon"] for row in every if row.get("horizon")}
+    over = f" over windows of {amounts([min(lengths)], 's', 3)[0]}" if len(lengths) == 1 else ""
     about = (
-        "Predictions of experiments that were left out of the fit. The score is the mean over experiments "
-        "and outputs of ln(mean square error / noise variance + 1). The difference is that from the named "
-        "model, with its standard error over experiments; a positive difference is a worse prediction."
+        f"Errors are root mean squares of free runs{over}, refitted with the law. The difference is that of "
+        "the predictions of experiments left out from those of the named model, in nats per independent "
+        "sample, with its standard error over experiments; a positive one is a worse prediction."
     )
-    columns = "Model", "Score (nats)", "Difference", "Standard error"
-    return Table("models", "Models that were fitted", columns, _numeric("0111"), tuple(rows), about)
+    of_outputs = (f"Error of {o}" for o in outputs)
+    columns = "Model", "Probability", *of_outputs, "Why it is not the one", "Difference", "Standard error"
+    numeric = _numeric("01" + "1" * len(outputs) + "011")
+    return Table("models", "Why this one: all models that were fitted", columns, numeric, tuple(rows), about)
+
+
+def _probability(share: float) -> Cell:
+    return Cell("below 0.1 %" if share < 0.0005 else f"{100.0 * share:.1f} %", str(share))
+
+
+def _why(row: Mapping[str, Any], named: Mapping[str, Any] | None, content: Mapping[str, Any]) -> str:
+    """Why a model is not the one that the answer names."""
+    if row["named"] or named is None:
+        return "named" if row["named"] and content["effects"] else "nothing is named" if row["named"] else ""
+    label = effect_name(row["effects"][-1]) if row["effects"] else ""
+    alike = {effect_name(o) for effect in content["effects"] for o in effect["indistinguishable"]}
+    if label in alike:
+        return "these logs cannot tell it from the named one, which is plainer or explains more"
+    if {effect_name(one) for one in row["effects"]} < {effect_name(one) for one in named["effects"]}:
+        return "leaves out a named effect, and predicts experiments left out worse"
+    difference, error = row["difference"], row["standard_error"] or 0.0
+    if difference > SURE * error:
+        return "predicts experiments left out worse, by more than chance"
+    if difference > 0.0:
+        return "predicts experiments left out no better"
+    beyond = "more than chance" if -difference > SURE * error else "no more than chance"
+    return f"predicts experiments left out better by {beyond}, but pays more for its numbers"
 
 
 def chain_table(content: Mapping[str, Any]) -> Table:
@@ -221,10 +271,10 @@ def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) 
             rows.append((Cell(output, output), Cell(label, name), *errors, unit_cell(entry["unit"])))
     about = (
         f"Root mean square errors on {', '.join(map(str, held_out))}, which took no part in fitting: the gap "
-        f"over windows of {number(horizon)} s in standard deviations of the outputs, and the errors of every "
-        "output at the end of the windows and over whole runs."
+        f"over windows of {amounts([horizon], 's', 3)[0]} in standard deviations of the outputs, and the "
+        "errors of every output at the end of the windows and over whole runs."
     )
-    columns = "Output", "In MuJoCo", f"After {number(horizon)} s", "Whole run", "Unit"
+    columns = "Output", "In MuJoCo", f"After {amounts([horizon], 's', 3)[0]}", "Whole run", "Unit"
     return Table("robot_replay", "The robot file in MuJoCo", columns, _numeric("00110"), tuple(rows), about)
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.base.kind_words import kind_sentence
+from unmodelled.base.kind_words import kind_name, ranking_sentence
 from unmodelled.base.sure_numbers import as_said, doubt, main_number
-from unmodelled.base.wording import PLACES, effect_name, place_name
+from unmodelled.base.wording import PLACES, effect_name, law_name, level_name, place_name
 from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
 MANY = 3
+#: Title of an answer with the verdict unknown.
+UNEXPLAINED = "No law of the library explains the gap."
+#: What an unexplained gap looks like by the kind of the channel where it enters; at a port, an effort.
+ORIGINS = {"actuator": "an error", "sensor": "an error", "parameter": "another value"}
 
 
 def headline(content: Mapping[str, Any]) -> str:
@@ -26,17 +30,43 @@ def headline(content: Mapping[str, Any]) -> str:
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])
         more = "; more is missing" if content["verdict"] == "main_effect" else ""
-        if kinds := kinds_of(content):
-            return f"{kinds} Explained: {shrink} of the gap{more}."
+        if ranked := rankings(content):
+            return f"{ranked}. Explained: {shrink} of the gap{more}."
         return f"{_capital(together)} {verb} {shrink} of the gap (confidence {sure}){more}."
-    first = content["where"]["channels"][:1]
-    found = [f"{percent(row['share'])} of it enters at {place_name(row['port'])}" for row in first]
-    return "; ".join(["A gap that no known effect explains", *found]) + "."
+    return " ".join([UNEXPLAINED, *left_looks_like(content)])
 
 
-def kinds_of(content: Mapping[str, Any]) -> str:
-    """Return the kinds of the effects, each with its forms; empty where laws have no kinds."""
-    return " ".join(kind_sentence(effect) for effect in content["effects"] if effect.get("kind"))
+def rankings(content: Mapping[str, Any]) -> str:
+    """Return the kinds between which each effect was chosen; empty where laws have no kinds."""
+    ranked = [ranking_sentence(content, effect) for effect in content["effects"] if effect.get("kind")]
+    if len(ranked) < 2:
+        return "".join(ranked)
+    pairs = (each.partition(", ") for each in ranked)
+    first, *others = (f"{kind} ({rest})" for kind, _, rest in pairs)
+    return " and ".join([first, *(f"{each[:1].lower()}{each[1:]}" for each in others)])
+
+
+def left_looks_like(content: Mapping[str, Any]) -> list[str]:
+    """Return what an unexplained gap looks like and is most alike, as one sentence; none without a place."""
+    where, found = content["where"], list[str]()
+    parts = [f"{_origin(row['port'])} ({_share_of(row)})" for row in where["channels"][:1]]
+    levels = [(level_name(row["factor"], row["level"]), row) for row in where["factors"][:1]]
+    parts += [f"mostly where {level} ({_share_of(row)})" for level, row in levels]
+    if where["channels"]:
+        found.append(f"what is left looks like {', '.join(parts)}")
+    if alike := content.get("alike"):
+        law = law_name(alike["family"], alike.get("variant") or "")
+        found.append(f"most alike: {kind_name(alike)}, such as {law}")
+    return [f"{_capital('; '.join(found))}."] if found else []
+
+
+def _origin(channel: str) -> str:
+    kind = channel.partition(":")[0] if ":" in channel else ""
+    return f"{ORIGINS.get(kind, 'an effort')} at {place_name(channel)}"
+
+
+def _share_of(row: Mapping[str, Any]) -> str:
+    return f"{percent(row['share'])} of the gap"
 
 
 def outcome(content: Mapping[str, Any]) -> str:

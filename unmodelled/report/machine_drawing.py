@@ -111,7 +111,7 @@ def _marked(content: Mapping[str, Any], channel: str, name: str, more: str) -> _
     missing = [text.partition(" at ")[0] for text in found]
     lines: Lines = [("", name), *([("soft", more)] if more else [])]
     lines += [("wrong", f"✕ missing: {text}") for text in missing]
-    told = f"{percent(share)} of the gap" if share >= SHOWN_SHARE or (found and share) else ""
+    told = f"{percent(share)} of the gap enters here" if share >= SHOWN_SHARE or (found and share) else ""
     lines += [("wrong" if found else "soft", told)] if told else []
     suspect = not content["effects"] and bool(told) and share == max(shares.values())
     return _Block(lines, "guilty" if found or suspect else "block", "; ".join(text for _, text in lines))

@@ -10,6 +10,8 @@ from unmodelled.report.drawn import Figure
 from unmodelled.report.tables import Table
 
 Entry = dict[str, str]
+#: Rows of a table that can be found.
+MOST_ROWS = 500
 
 
 def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
@@ -20,6 +22,16 @@ def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
 def table_entries(tables: Iterable[Table], file: str) -> list[Entry]:
     """Return one entry per table of a page that has rows."""
     return [entry("table", t.title, t.caption, f"{file}#{t.id}") for t in tables if t.rows]
+
+
+def row_entries(tables: Iterable[Table], file: str) -> list[Entry]:
+    """Return one entry per row of the tables of a page: what stands in them is found."""
+    return [
+        entry("table", cells[0], f"{t.title}: {' '.join(cells[1:])}", f"{file}#{t.id}")
+        for t in tables
+        for row in t.rows[:MOST_ROWS]
+        if (cells := [f"{c.text} {c.note}".strip() for c in row])
+    ]
 
 
 def as_block(content: Any) -> str:

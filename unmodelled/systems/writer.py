@@ -9,14 +9,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import sympy as sp
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_texts
+from unmodelled.systems.edited import Entries, Sections, braces, edited
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import Constant, Event, Input, Output, Parameter, Port, State, System, symbol
 from unmodelled.systems.printing import printed
+from unmodelled.systems.reader import read_system
 from unmodelled.systems.scope import Scope, scope_of
 from unmodelled.systems.tables import Table
 
@@ -28,7 +31,7 @@ _PLAIN = re.compile(
 _UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
-def write_system(system: System, path: Path | str) -> None:
+def write_system(system: System, path: Path | str, given: System | None = None, comment: str = "") -> None:
     """Write a system as a file (system/1), and its tables as CSV files and its robot file beside it.
 
     Reading the file gives the system back. An expression is written as the user wrote it where that still
@@ -37,6 +40,9 @@ def write_system(system: System, path: Path | str) -> None:
     Args:
         system: system to write.
         path: YAML file; replaced where it exists.
+        given: system of which the file is a changed one: comments, order and unchanged entries of its file
+            are kept where that still says the system; default: the file is written anew.
+        comment: lines above the file, without #; default none.
 
     Raises:
         ValueError: when an expression has no form in the grammar, such as the slope of a table.
@@ -54,11 +60,51 @@ def write_system(system: System, path: Path | str) -> None:
     path = Path(path)
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
     beside = f"{path.stem}_{Path(system.robot.file).name}" if system.robot is not None else ""
-    text = _Text(system, scope_of(system)).document(files, beside)
+    text = _lines(*_Text(system, scope_of(system)).document(files, beside))
     texts = {path.with_name(files[table.name]): _table_text(table) for table in system.tables}
     if system.robot is not None:
         texts[path.with_name(beside)] = system.robot.text
-    write_texts({**texts, path: text})
+    if given is not None and (changed := _changed(given, system, files, beside)):
+        text = changed if _says(changed, text, {file.name: own for file, own in texts.items()}) else text
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_texts({**texts, path: head + text})
+
+
+def _changed(given: System, system: System, files: Mapping[str, str], model: str) -> str | None:
+    """The file of a given system changed to say another one; None where it cannot be."""
+    try:
+        text = Path(given.source).read_text(encoding="utf-8") if given.source else ""
+        own = {table.name: "" for table in given.tables}
+        head, before = _Text(given, scope_of(given)).document(own, "")
+    except (OSError, ValueError):
+        return None
+    new, after = _Text(system, scope_of(system)).document(files, model)
+    # the columns of a table are those of a file of its own
+    tables = {table.name: {"kind": table.kind} for table in given.tables}
+    return edited(text, head, new, {**before, "tables": tables}, after) if text else None
+
+
+def _says(text: str, other: str, beside: Mapping[str, str]) -> bool:
+    """Whether a file says the same system as another one, with files of these names beside it."""
+    try:
+        with TemporaryDirectory() as folder:
+            for name, content in beside.items():
+                (Path(folder) / name).write_text(content, encoding="utf-8", newline="")
+            path, systems = Path(folder) / "system.yaml", []
+            for each in (text, other):
+                path.write_text(each, encoding="utf-8")
+                systems.append(read_system(path))
+    except (BadInput, OSError):
+        return False
+    return systems[0] == systems[1]
+
+
+def _lines(head: Mapping[str, str], sections: Sections) -> str:
+    lines = [f"{name}: {content}" for name, content in head.items()]
+    for section, entries in sections.items():
+        if entries:
+            lines += [f"{section}:", *(f"  {name}: {braces(each)}" for name, each in entries.items())]
+    return "\n".join(lines) + "\n"
 
 
 def _table_text(table: Table) -> str:
@@ -72,29 +118,28 @@ class _Text:
     system: System
     scope: Scope
 
-    def document(self, files: Mapping[str, str], model: str) -> str:
+    def document(self, files: Mapping[str, str], model: str) -> tuple[dict[str, str], Sections]:
+        """Entries before the sections, and the sections."""
         system = self.system
-        sections = {
-            "states": {s.name: _braces(self._state(s)) for s in system.states},
-            "inputs": {u.name: _braces(_input(u)) for u in system.inputs},
-            "outputs": {y.name: _braces(self._output(y)) for y in system.outputs},
-            "operating_point": {c.name: _braces(_constant(c)) for c in system.operating_point},
-            "parameters": {p.name: _braces(_parameter(p)) for p in system.parameters},
+        sections: dict[str, Entries] = {
+            "states": {s.name: self._state(s) for s in system.states},
+            "inputs": {u.name: _input(u) for u in system.inputs},
+            "outputs": {y.name: self._output(y) for y in system.outputs},
+            "operating_point": {c.name: _constant(c) for c in system.operating_point},
+            "parameters": {p.name: _parameter(p) for p in system.parameters},
             "signals": {name: self._expression(f"signals.{name}", e) for name, e in system.signals.items()},
-            "ports": {p.name: _braces(self._port(p)) for p in system.ports},
-            "tables": {t.name: _braces(_table(t, files[t.name])) for t in system.tables},
+            "ports": {p.name: self._port(p) for p in system.ports},
+            "tables": {t.name: _table(t, files[t.name]) for t in system.tables},
             "dynamics": self._dynamics(),
-            "events": {e.name: _braces(self._event(e)) for e in system.events},
+            "events": {e.name: self._event(e) for e in system.events},
         }
-        lines = ["schema: system/1", f"name: {_quoted(system.name)}"]
+        head = {"schema": "system/1", "name": _quoted(system.name)}
         if system.robot is not None:
-            lines.append(f"model: {_quoted(model)}")
-            locked = {_quoted(name): repr(float(value)) for name, value in system.robot.locked.items()}
-            lines += [f"locked: {_braces(locked)}"] if locked else []
-        for section, entries in sections.items():
-            if entries:
-                lines += [f"{section}:", *(f"  {name}: {content}" for name, content in entries.items())]
-        return "\n".join(lines) + "\n"
+            head["model"] = _quoted(model)
+            if system.robot.locked:
+                locked = {_quoted(name): repr(float(value)) for name, value in system.robot.locked.items()}
+                head["locked"] = braces(locked)
+        return head, sections
 
     def _expression(self, place: str, expression: sp.Expr) -> str:
         """Return an expression as the user wrote it if it still means the same, otherwise printed anew."""
@@ -152,17 +197,13 @@ class _Text:
         after, before = (dict(zip(names, rates, strict=True)) for rates in (event.then, self.system.dynamics))
         written = [n for n in names if after[n] != before[n] or f"{place}.then.{n}" in self.system.text]
         then = {name: after[name] for name in written or names}
-        return entries | {"then": _braces(self._rates(f"{place}.then", then))}
+        return entries | {"then": braces(self._rates(f"{place}.then", then))}
 
 
 def _quoted(text: str) -> str:
     if _PLAIN.fullmatch(text):
         return text
     return _UNPRINTED.sub(lambda found: f"\\u{ord(found.group()):04x}", json.dumps(text, ensure_ascii=False))
-
-
-def _braces(entries: Mapping[str, str]) -> str:
-    return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
 
 
 def _signal(item: Input | Output) -> dict[str, str]:
@@ -181,7 +222,7 @@ def _constant(constant: Constant) -> dict[str, str]:
     entries = {"unit": _quoted(constant.column_unit if constant.values is None else constant.unit)}
     if constant.values is not None:
         given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
-        entries["values"] = _braces(given)
+        entries["values"] = braces(given)
     if constant.other is not None:
         entries["other"] = repr(float(constant.other))
     return entries | _fitted(constant)

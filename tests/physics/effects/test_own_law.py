@@ -140,7 +140,7 @@ def test_an_odd_number_of_a_law_is_one_line_or_a_number(key: str) -> None:
 
 def test_units_and_places_are_those_of_the_machine() -> None:
     known, sizes = system("pendulum"), scales("pendulum")
-    with pytest.raises(BadInput, match="law mine: c: at joint it must be in N m s, not N"):
+    with pytest.raises(BadInput, match="law mine: c: at joint it must be in N m s/rad, not N"):
         Law("mine", "c*v", {"c": {"unit": "N", "plausible": 1.0}}).check(known, sizes)
     words = "only: 'jiont' is no port with all that it needs; did you mean 'joint'"
     with pytest.raises(BadInput, match=words):

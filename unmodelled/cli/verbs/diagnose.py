@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
@@ -18,6 +18,7 @@ def diagnose(
     seed: int = 0,
     laws: Path | None = None,
     options: Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
 ) -> None:
     """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
@@ -36,7 +37,7 @@ def diagnose(
         logs: folder of the measured experiments, of which each is left out once to assess the models; a
             record that is alone is cut into several.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        horizon, seed, laws: see `unmodelled.api.diagnosis.diagnose`.
+        horizon, seed, laws, without: see `unmodelled.api.diagnosis.diagnose`.
         options: the few numbers that decide, by name, such as {level: 0.99} (`unmodelled.Options`); null: the
             defaults, which are measured.
 
@@ -44,6 +45,6 @@ def diagnose(
         BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot
             be used.
     """
-    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options)
+    found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, without=without)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

@@ -10,7 +10,6 @@ import numpy as np
 
 from unmodelled.diagnosis.answer.chain_sentences import (
     chain_explains,
-    most_alike,
     small_gap,
     without_common_delay,
 )
@@ -20,6 +19,8 @@ from unmodelled.diagnosis.answer.compared import (
     compared,
     evidence,
     left_by_best,
+    most_alike,
+    not_compared,
     probability_of,
     strangers,
 )
@@ -126,13 +127,14 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
     chance = chance_of_nothing(found.look)
     noise = floor**2 / after.gap.value**2 if after.gap.value > 0.0 else 1.0
     system = study.system
+    confidence = min(
+        (one.confidence for one in answered.named),
+        default=of_no_law(left_by_best(found.look), min(1.0, noise)),
+    )
     reported = [n for law in answered.laws for n in law.reported if n not in law.per_experiment]
     return Diagnosis(
         *(system, study.logs, study.horizon, study.seed, found.verdict),
-        confidence=min(
-            (one.confidence for one in answered.named),
-            default=of_no_law(left_by_best(found.look), min(1.0, noise)),
-        ),
+        confidence=confidence,
         chance=chance,
         effects=_effects(answered),
         remainder=_remainder(answered),
@@ -150,14 +152,24 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
             for p in system.parameters
             if p.name in system.uncertain
         },
-        comparison=compared(found, [] if models.part is None or found.laws else [models.part.added]),
+        comparison=compared(found, *_told(answered, confidence)),
         notes=(*study.logs.notes, *_notes(answered)),
         faults=faults,
         correlations=answered.numbers.correlations([*reported, *system.uncertain]),
         chain=without_common_delay(chain_parts(found, models.chained.last)),
         evidence=evidence(found),
+        alike=most_alike(found),
         strangers=strangers(found),
     )
+
+
+def _told(answered: Answered, confidence: float) -> tuple[list[Added], list[tuple[float, tuple[float, ...]]]]:
+    """The named part of the chain where no law is, and how sure the laws and their forms are."""
+    models, most = answered.models, 1 + answered.study.options.most_equal
+    laws = answered.named[: len(answered.found.laws)]
+    parts = [] if models.part is None or laws else [models.part.added]
+    sure = [(one.confidence, one.probabilities[:most]) for one in laws]
+    return parts, sure or [(confidence, (1.0,))]
 
 
 def _effects(answered: Answered) -> tuple[DiagnosedEffect, ...]:
@@ -214,9 +226,7 @@ def _notes(answered: Answered) -> Iterator[str]:
     if not answered.laws and answered.shrink >= MOST and without_common_delay(chain):
         yield chain_explains(answered.shrink)
     yield from _too_small(answered.found)
-    if answered.found.alike is not None:
-        alike = answered.found.alike
-        yield most_alike(alike.speaker.added, alike.kind, alike.speaker.removed)
+    yield from not_compared(answered.found)
     yield from (doubt.sentence for doubt in answered.doubts)
     known = {p.name: p for p in answered.study.system.parameters}
     for law in (law for law in answered.laws if law.is_other_value):

@@ -4,26 +4,69 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from difflib import unified_diff
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from unmodelled.diagnosis.data.remark import quantity
+from unmodelled.base.errors import BadInput
+from unmodelled.base.next_step import AUGMENTED
+from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.effects.columns import Member
 from unmodelled.effects.substitution import with_right_number
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Constant, Parameter, System
+from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
 
-FILE = "augmented_system.yaml"
+FILE = AUGMENTED
+#: Lines of the given file that stand around a changed one.
+AROUND = 1
 
 
-def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:
+def write_augmented(diagnosis: Diagnosis, folder: Path, made: str = "") -> None:
     """Write `augmented_system.yaml`, and its tables as CSV files beside it.
+
+    It is the file of the given system with the changed entries; its first lines say from what it was `made`.
 
     Simulated along the diagnosed experiments, it has the gap of `diagnosis.augmented`. Constants that effects
     need of an experiment are in the file by id, so that the log folder stays as it is.
     """
-    write_system(augmented_system(diagnosis), folder / FILE)
+    write_system(
+        augmented_system(diagnosis), folder / FILE, given_again(diagnosis.system), _origin(diagnosis, made)
+    )
+
+
+def write_changes(diagnosis: Diagnosis, folder: Path, into: Path) -> None:
+    """Write which lines of the given file `augmented_system.yaml` in a folder changes (unified diff)."""
+    system, name = diagnosis.system, f"{diagnosis.system.name}.yaml"
+    if given_again(system) is None:
+        with TemporaryDirectory() as other:
+            write_system(system, Path(other) / name)
+            before = (Path(other) / name).read_text(encoding="utf-8")
+    else:
+        name, before = Path(system.source).name, Path(system.source).read_text(encoding="utf-8")
+    old, new = before.splitlines(), (folder / FILE).read_text(encoding="utf-8").splitlines()
+    lines = unified_diff(old, new, name, FILE, lineterm="", n=AROUND)
+    into.write_text("\n".join(lines), encoding="utf-8")
+
+
+def given_again(system: System) -> System | None:
+    """Return a given system as its file says it; None where there is no such file any more."""
+    try:
+        return read_system(system.source) if system.source else None
+    except BadInput:
+        return None
+
+
+def _origin(diagnosis: Diagnosis, made: str) -> str:
+    """From which answer the file came, and when."""
+    found = [f"{effect.added.title} (confidence {effect.confidence:.2f})" for effect in diagnosis.effects]
+    what = listed(found) if found else "refitted parameters"
+    files = [Path(place).name for place in (diagnosis.system.source, diagnosis.logs.source) if place]
+    of = f" of {' and '.join(files)}" if files else ""
+    when = f", {made}" if made else ""
+    return f"{diagnosis.system.name} with {what}\nfrom the answer beside this file, the diagnosis{of}{when}"
 
 
 def augmented_system(diagnosis: Diagnosis) -> System:

@@ -113,20 +113,6 @@ def small_gap(output: str, share: float, added: Added, kind: str, removed: float
     )
 
 
-def most_alike(added: Added, kind: str, removed: float) -> str:
-    """Return a note on the most alike law where none is named; it would remove the share `removed`.
-
-    That is its share where laws are compared; beside it, the gap shrinks by less than half.
-    """
-    (part,), law = amounts([100.0 * removed], "%"), _kind(added, kind)
-    if removed > HALF:
-        return (
-            f"most alike: {law} would remove {part} of the squared error where laws are compared, but hardly "
-            "any of the gap of experiments that are left out of its fit: it is not named"
-        )
-    return f"most alike: {law} would remove {part} of the squared gap, less than it leaves"
-
-
 def _kind(added: Added, kind: str) -> str:
     """Kind and place in words."""
     place = added.place

@@ -30,7 +30,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.faults.duplicates import different
 from unmodelled.diagnosis.faults.look import without_copies
 from unmodelled.diagnosis.faults.outside_forces import outside_forces
-from unmodelled.diagnosis.fitting.checks import check, check_laws, check_seed, check_windows
+from unmodelled.diagnosis.fitting.checks import check, check_families, check_laws, check_seed, check_windows
 from unmodelled.diagnosis.gates.refusal import Refusal, given_file
 from unmodelled.diagnosis.gates.system_file import reason_against_system
 from unmodelled.diagnosis.where.where import where
@@ -50,10 +50,12 @@ def findings(
     workers: int | None = None,
     laws: Sequence[OwnLaw] = (),
     options: Options = DEFAULT_OPTIONS,
+    without: Sequence[str] = (),
 ) -> Findings:
     """Diagnose the gap between a system and experiments (horizon in s), and check all files of the answer."""
     # 1. What cannot be diagnosed is refused before anything is computed.
     check_seed(seed)
+    check_families(without)
     logs = several(system, logs)
     horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
@@ -69,13 +71,15 @@ def findings(
     # 3. to 5. What is missing, and how sure is that? A number of the file may be wrong, too, also of a robot.
     system = with_robot_numbers(system)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = diagnose_gap(system, logs, horizon, seed, threads, say, faults, options, laws)
+    found = diagnose_gap(system, logs, horizon, seed, threads, say, faults, options, laws, without)
 
     # 6. Where does the gap enter? Efforts that make the model follow short windows of the measurements say it
     #    without any law. Pushes from outside are told; beside a model that is right, they are a remark.
     place = where(found)
     if found.verdict == "check_logs":
-        return Findings(found, place, exported=False, laws=tuple(laws), options=options)
+        return Findings(
+            found, place, exported=False, laws=tuple(laws), options=options, without=tuple(without)
+        )
     alarm = found.verdict != "no_gap"
     pushed = outside_forces(place.left, alarm)
     if pushed is not None and alarm:
@@ -89,7 +93,7 @@ def findings(
     robot, more = _robot(found)
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
-    answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws), options)
+    answer = Findings(found, place, not reason, robot, tuple(refused), tuple(laws), options, tuple(without))
     more += [*shorter_windows(found), *resting_on_guesses(found), *without_own_laws(found.system)]
     return answer.with_notes(*notes, *more, *remark)
 
@@ -104,13 +108,14 @@ def diagnose_gap(
     faults: tuple[LogFault, ...] | None = None,
     options: Options = DEFAULT_OPTIONS,
     laws: Sequence[Effect] = (),
+    without: Sequence[str] = (),
 ) -> Diagnosis:
     """Find the effects that explain the gap between a system and measured experiments (horizon in s)."""
     if faults is None:
         system, logs, faults = without_copies(system, logs, horizon, options)
     if any(fault.decides for fault in faults):
         return misread(Study(system, logs, horizon, tuple(range(len(logs))), options), seed, faults)
-    study = Study(system, different(logs), horizon, (), options, seed, tuple(laws))
+    study = Study(system, different(logs), horizon, (), options, seed, tuple(laws), frozenset(without))
     return judged(study, workers, progress, faults)
 
 

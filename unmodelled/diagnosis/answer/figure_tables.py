@@ -12,7 +12,6 @@ import pandas as pd
 from unmodelled.base.arrays import Array
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
-from unmodelled.base.wording import law_name, level_name, place_name
 from unmodelled.diagnosis.answer.column_units import (
     channels_in_columns,
     regions_in_columns,
@@ -90,7 +89,7 @@ def _about(diagnosis: Diagnosis, where: Where, along: Mapping[str, str], worst: 
         "system": system.name,
         "verdict": diagnosis.verdict,
         "horizon": diagnosis.horizon,
-        "effects": [readable(each.added) for each in diagnosis.effects],
+        "effects": [each.added.title for each in diagnosis.effects],
         "channels": channels,
         "shown": [[name, coordinate] for name, coordinate in along.items()],
         "regions": regions_in_columns(system, where.regions),
@@ -128,7 +127,7 @@ def _steps(diagnosis: Diagnosis) -> pd.DataFrame:
         ("known", "as given", diagnosis.known.gap.value),
         ("reidentified", "re-identified", diagnosis.reidentified.gap.value),
         *(
-            ("effect", readable(found.added), model.gap.value)
+            ("effect", found.added.title, model.gap.value)
             for found, model in zip(effects, after, strict=True)
         ),
         ("neural", "network in every port", diagnosis.neural.gap.value),
@@ -166,20 +165,13 @@ def _candidates(diagnosis: Diagnosis) -> pd.DataFrame:
 
 
 def _evidence(diagnosis: Diagnosis) -> pd.DataFrame:
-    rows = [(readable(one.added), one.horizon, one.nats, one.removed) for one in diagnosis.evidence]
+    rows = [(one.added.title, one.horizon, one.nats, one.removed) for one in diagnosis.evidence]
     columns = ["label", "horizon", "nats", "removed"]
     return pd.DataFrame(rows, columns=columns).replace(-np.inf, np.nan)
 
 
 def _label(effects: tuple[Added, ...]) -> str:
-    return " + ".join(readable(effect) for effect in effects) or "no effect"
-
-
-def readable(effect: Added) -> str:
-    """Return the name of an effect in words, such as "Coulomb friction at joint"."""
-    place = effect.place
-    only = "" if place.factor is None else f", where {level_name(place.factor, place.level)}"
-    return f"{law_name(effect.family, effect.variant)} at {place_name(place.channel)}{only}"
+    return " + ".join(effect.title for effect in effects) or "no effect"
 
 
 def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:

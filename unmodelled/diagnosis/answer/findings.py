@@ -10,7 +10,7 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
-from unmodelled.diagnosis.answer.augmented import write_augmented
+from unmodelled.diagnosis.answer.augmented import write_augmented, write_changes
 from unmodelled.diagnosis.answer.compensation import write_compensations
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
@@ -23,6 +23,8 @@ from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.own_law import Law
 
 SUMMARY, TABLES = "diagnosis.json", "tables"
+#: What augmented_system.yaml changes, in the folder of the tables.
+CHANGES = "augmented_system.diff"
 
 #: Writes a part of the answer into its folder, and returns the exceptions of files that could not be made, by
 #: name of the file.
@@ -40,11 +42,13 @@ class Findings:
     refused: tuple[Refusal, ...] = ()  # files that are not offered, with the reasons
     laws: tuple[Law, ...] = ()  # of the user that were tried, too
     options: Options = DEFAULT_OPTIONS
+    without: tuple[str, ...] = ()  # families of the library that were not tried
 
     @property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
         own: dict[str, Any] = {"laws": [law.definition for law in self.laws]} if self.laws else {}
+        own |= {"without": list(self.without)} if self.without else {}
         own |= {"options": self.options.changed} if self.options.changed else {}
         return summary(self.diagnosis, self.where, self.robot, self.refused) | own
 
@@ -57,16 +61,21 @@ class Findings:
     ) -> dict[str, Any]:
         """Write diagnosis.json, augmented_system.yaml, robot file and compensations, then the tables."""
         if self.exported:
-            write_augmented(self.diagnosis, folder)
+            made = str((sources or {}).get("made", "")).partition("T")[0]
+            write_augmented(self.diagnosis, folder, made)
         if self.robot is not None:
             self.robot.write(folder)
         write_compensations(self.diagnosis, folder)
         content = self.content | ({"sources": dict(sources)} if sources else {})
         write_json(folder / SUMMARY, content)
-        tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731
         live: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
         shown = machine and self.diagnosis.verdict != "check_logs"
-        return with_parts(folder, content, {TABLES: tables, **({LIVE: live} if shown else {})})
+        return with_parts(folder, content, {TABLES: self._write_tables, **({LIVE: live} if shown else {})})
+
+    def _write_tables(self, folder: Path) -> None:
+        write_tables(self.diagnosis, self.where, folder)
+        if self.exported:
+            write_changes(self.diagnosis, folder, folder / TABLES / CHANGES)
 
 
 def with_parts(folder: Path, content: Mapping[str, Any], parts: Mapping[str, Part]) -> dict[str, Any]:

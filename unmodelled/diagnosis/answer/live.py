@@ -15,7 +15,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.files import read_json, replacing
 from unmodelled.base.tables import read_table
 from unmodelled.diagnosis.answer.column_units import axis_unit
-from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
+from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER
 from unmodelled.diagnosis.answer.live_machine import experiments, machine
 from unmodelled.diagnosis.answer.live_numbers import about_effects, given_values, sliders
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
@@ -73,7 +73,7 @@ def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
         "identified": given_values(diagnosis, system),
         "numbers": sliders(diagnosis),
         "effects": [
-            {"name": readable(found.added), "curve": label, **about}
+            {"name": found.added.title, "curve": label, **about}
             for found, label, about in zip(diagnosis.effects, labels, about_effects(diagnosis), strict=True)
         ],
         "experiments": experiments(system, diagnosis.logs, order, constants, marked),

@@ -108,7 +108,7 @@ def _with_laws(found: Judgement, system: System, every: Study, chain: Sequence[K
 
 def _label(added: Added) -> str:
     """What a model has that the one before it has not."""
-    return f"with {added.family} at {added.place.channel}"
+    return f"with {added.title}"
 
 
 def _many(steps: Sequence[Leaving], white: bool) -> int:

@@ -43,6 +43,9 @@ def phrase(found: DiagnosedEffect, over: Collection[str]) -> str:
     A number over a guess is doubtful, too.
     """
     text, numbers = found.added.phrase, found.estimates
+    first = next(iter(numbers.values()), None)
+    if first is not None and first.value < 0.0 and found.added.negative:
+        text = found.added.negative
     named = {name for name in numbers if f"{{{name}}}" in text}
     waves = (wave for name, wave in found.added.waves.items() if name in named)
     beside = {str(name) for wave in waves for name in (wave.cosine, wave.times)} & numbers.keys()

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from unmodelled.base.kind_words import kind_sentence, strangers_sentence
-from unmodelled.base.sure_numbers import doubt, interval_of, remark
-from unmodelled.base.wording import level_name, place_name
-from unmodelled.diagnosis.answer.augmented import FILE
+from unmodelled.base.kind_words import kind_name, kind_sentence, ranking_sentence, strangers_sentence
+from unmodelled.base.next_step import next_step
+from unmodelled.base.sure_numbers import as_said, doubt, interval_of, remark
+from unmodelled.base.wording import effect_name, number, place_name, quantity
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.gates.refusal import Refusal
-from unmodelled.effects.added import Added
 
 Entry = Mapping[str, Any]
 
@@ -23,16 +22,6 @@ VERDICTS = {
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
-#: What to do next, by verdict.
-NEXT_STEPS = {
-    "effect": "simulate augmented_system.yaml on new logs to confirm the effect",
-    "main_effect": "simulate augmented_system.yaml on new logs; index.html shows where the rest lies",
-    "no_gap": "use the identified parameters; other motions can still show effects that these logs do not",
-    "unknown": "see in index.html where the gap lies, then add the missing physics to the system file",
-    "check_logs": "correct the logs, then diagnose again",
-}
-#: What to do next where the augmented system is not offered.
-KEEP = "keep the system as given for simulations; see in index.html where the gap lies"
 #: Changed numbers of a robot file that are listed.
 MOST_CHANGES = 6
 
@@ -45,18 +34,7 @@ def sentences(content: Entry) -> list[str]:
     robot, refused = content.get("robot"), content.get("refused", ())
     told += [] if robot is None else robot_sentences(robot)
     told += [str(Refusal(each["file"], each["reason"], each["keep"])) for each in refused]
-    kept = any(each["file"] == FILE for each in refused)
-    return [*told, f"next: {KEEP if kept else _next_step(content)}"]
-
-
-def _next_step(content: Entry) -> str:
-    """What to do next; beside a gap that a wrong number makes, smaller effects are too small to be named."""
-    texts = [str(e.get("text")) for e in content["effects"]]
-    pairs = zip(texts, content["effects"], strict=True)
-    wrong = [e["parameter"] for text, e in pairs if text.startswith(f"{e.get('parameter')} = ")]
-    if content["verdict"] != "main_effect" or not wrong:
-        return NEXT_STEPS[content["verdict"]]
-    return f"correct {' and '.join(wrong)} in the system file, then diagnose again: smaller effects will show"
+    return [*told, f"next: {next_step(content)}"]
 
 
 def _verdict(content: Entry) -> Iterator[str]:
@@ -65,21 +43,24 @@ def _verdict(content: Entry) -> Iterator[str]:
     yield from () if checked else faults  # a warning that comes before all else
     yield f"verdict: {VERDICTS[content['verdict']]} (confidence {content['confidence']:.2f})"
     yield from faults if checked else ()
+    if content.get("alike"):
+        alike = content["alike"]
+        yield f"most alike: {kind_name(alike)}, such as {effect_name(alike)}"
     for effect in content["effects"]:
         size = f" ({unsure})" if (unsure := doubt(effect)) else ""
         sure = f"confidence {effect['confidence']:.2f}"
         start = "- "
         if effect.get("kind"):
-            yield f"- {kind_sentence(effect)}"
+            yield f"- {ranking_sentence(content, effect)}. {kind_sentence(effect)}"
             start = "    "
-        yield f"{start}{_label(effect)}{size}: {effect['law']} ({_explains(effect)}, {sure})"
+        yield f"{start}{_capital(effect_name(effect))}{size}: {effect['law']} ({_explains(effect)}, {sure})"
         if text := effect.get("text"):
             yield f"    {text}"
         yield from (f"    {line}" for line in numbers_of(effect))
         if table := effect.get("compensation"):
             yield f"    {table}: what to add to {place_name(effect['port'])}, by the value that is shown"
         if effect["indistinguishable"]:
-            others = ", ".join(map(_label, effect["indistinguishable"]))
+            others = ", ".join(map(effect_name, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
     if content.get("strangers"):
         yield strangers_sentence(content["strangers"])
@@ -94,7 +75,7 @@ def _explains(effect: Entry) -> str:
     share = 100.0 * effect["shrink"]
     digits = 1 if 0.05 <= share < 0.95 else 0  # a small effect beside a large one
     text = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
-    others = " and ".join(map(_label, effect.get("only_with", ())))
+    others = " and ".join(map(effect_name, effect.get("only_with", ())))
     return f"{text} by itself, and pays only together with {others}" if others else text
 
 
@@ -115,44 +96,21 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if share >= 0.005 else f"{100.0 * share:.1g} %"
 
 
-def named(added: Added) -> str:
-    """Return family, place and level of an effect, such as "coulomb_friction at joint where group is old"."""
-    place = added.place
-    return _in_words(added.family, added.variant, place.channel, place.factor, place.level, place.signal)
-
-
-def _label(effect: Entry) -> str:
-    channel = f"parameter:{effect['parameter']}" if "parameter" in effect else effect["port"]
-    where = effect.get("factor"), effect.get("level"), effect.get("signal")
-    return _in_words(effect["family"], effect.get("variant", ""), channel, *where)
-
-
-def _in_words(
-    family: str,
-    variant: str,
-    channel: str,
-    factor: str | None,
-    level: float | str | None,
-    signal: str | None,
-) -> str:
-    kind = f"{family} ({variant})" if variant else family
-    where = "" if factor is None else f" where {level_name(factor, level)}"
-    return f"{kind} at {channel}" + ("" if signal is None else f" on {signal}") + where
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def numbers_of(effect: Entry) -> Iterator[str]:
     """Yield the numbers of an effect as a person says them, a line each."""
-    for name, entry in effect["parameters"].items():
-        number = {"symbol": name, "words": "", **entry, **entry.get("shown", {})}
-        if "values" in entry:
-            spread = " to ".join(map(_number, number["interval"]))
-            yield f"{number['symbol']} = {spread}{_unit(number['unit'])}, fitted per experiment"
+    for name, given in effect["parameters"].items():
+        entry = {"symbol": name, "words": "", **as_said(given)}
+        if "values" in given:
+            spread = " to ".join(map(_number, entry["interval"]))
+            yield f"{entry['symbol']} = {spread}{_unit(entry['unit'])}, fitted per experiment"
             continue
-        whole = f" of {number['whole']:.4g}" if "whole" in number else ""
-        words = "".join(f", {part}" for part in (number["words"], remark(entry)) if part)
-        value = _number(number["value"], _digits(number))
-        told = f"{number['symbol']} = {value}{whole}{_unit(number['unit'])}"
-        yield f"{told}{_sure(number)}{words}"
+        whole = f" of {_number(entry['whole'])}" if "whole" in entry else ""
+        words = "".join(f", {part}" for part in (entry["words"], remark(given)) if part)
+        yield f"{entry['symbol']} = {_told(entry, entry['value'], whole)}{words}"
 
 
 def _chain(content: Entry) -> Iterator[str]:
@@ -164,7 +122,7 @@ def _chain(content: Entry) -> Iterator[str]:
 
 def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
     for name, e in each.items():
-        found = f"{_number(e['identified'], _digits(e))}{_unit(e['unit'])}{_sure(e)}"
+        found = _told(e, e["identified"])
         unsure = f", {doubts}" if (doubts := remark(e)) else ""
         yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file{unsure}"
 
@@ -229,20 +187,13 @@ def _unit(unit: str) -> str:
     return "" if unit in ("", "1", "-") else f" {unit}"
 
 
-def _number(value: float | None, digits: int = 4) -> str:
-    return "undefined" if value is None else f"{value:.{digits}g}"
+def _told(entry: Entry, value: float | None, more: str = "") -> str:
+    """A number with the digits of its interval, such as 0.06 N m (95 % interval 0.05996 to 0.06003)."""
+    ends, unit = interval_of(entry), _unit(entry["unit"])
+    shown, span = quantity(value, ends)
+    sure = "" if ends is None and None not in entry["interval"] else f" (95 % interval {span or 'undefined'})"
+    return f"{shown}{more}{unit}{sure}".replace("−", "-")
 
 
-def _sure(entry: Entry) -> str:
-    """The interval of a number in brackets; "" where it does not tell how sure the number is."""
-    interval = entry["interval"]
-    if None not in interval and interval_of(entry) is None:
-        return ""
-    low, high = (_number(end, _digits(entry)) for end in interval)
-    return f" (95 % interval {low} to {high})"
-
-
-def _digits(entry: Entry) -> int:
-    """Significant digits of a number and of its interval, by which the ends differ."""
-    each = (digits for digits in range(4, 10) if len({_number(e, digits) for e in entry["interval"]}) > 1)
-    return 4 if interval_of(entry) is None else next(each, 4)
+def _number(value: float | None) -> str:
+    return number(value).replace("−", "-")

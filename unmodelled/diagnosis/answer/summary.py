@@ -28,6 +28,7 @@ from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.library import kind_of
 from unmodelled.effects.place import Place
+from unmodelled.systems.model import System
 
 if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
     from unmodelled.diagnosis.answer.robot_file import RobotFile
@@ -56,7 +57,7 @@ def summary(
     Where laws were compared by evidence: `kind` and `probability` of an effect and of those in
     `indistinguishable` (the probabilities add up to the confidence of the effect); `evidence`, of laws by
     length of the windows; `chain`, how the logs were made; `strangers`, ids of experiments that follow no
-    named effect.
+    named effect; `alike`, the law that is most like what is left where none is named.
     `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
     and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
     the verdict check_logs nothing was fitted: all gaps are those of the known model.
@@ -80,7 +81,7 @@ def summary(
             name: {"known": e.known, "identified": e.value} | _about(e, ("guess",) if name in over else ())
             for name, e in diagnosis.parameters.items()
         },
-        "comparison": [_compared(candidate, ports) for candidate in diagnosis.comparison],
+        "comparison": [_compared(one, ports, diagnosis.system) for one in diagnosis.comparison],
         "logs": [row for fault in diagnosis.faults for row in _fault(fault)],
         "notes": list(diagnosis.notes),
         "refused": [refusal.content for refusal in refused],
@@ -93,7 +94,7 @@ def summary(
 def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     """Where effects act: that of a parameter at the port, input or sensor that the parameter belongs to."""
     added = [e for found in diagnosis.effects for e in (found.added, *found.indistinguishable)]
-    added += [one.added for one in diagnosis.evidence]
+    added += [one.added for one in (*diagnosis.evidence, *filter(None, [diagnosis.alike]))]
     places = {e.place for e in (*added, *(e for c in diagnosis.comparison for e in c.effects))}
     return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
@@ -144,9 +145,11 @@ def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:
 
 def _by_evidence(diagnosis: Diagnosis, ports: Ports) -> dict[str, Any]:
     """What an answer has besides where laws were compared by evidence."""
+    alike = diagnosis.alike
     found: dict[str, Any] = {
         "chain": [chain_entry(part) for part in diagnosis.chain],
         "evidence": [_evidence(one, ports) for one in diagnosis.evidence],
+        "alike": {} if alike is None else _evidence(alike, ports) | {"kind": kind_of(alike.added)},
         "strangers": list(diagnosis.strangers),
     }
     return {name: entries for name, entries in found.items() if entries}
@@ -242,10 +245,19 @@ def _remainder(diagnosis: Diagnosis) -> dict[str, Any] | None:
     return {"share": found.share, "predictable": found.predictable, "channel": channel}
 
 
-def _compared(candidate: Compared, ports: Ports) -> dict[str, Any]:
-    numbers = ("score", "difference", "standard_error", "named")
-    effects = [_named(added, ports) for added in candidate.effects]
-    return {"effects": effects, **{name: getattr(candidate, name) for name in numbers}}
+def _compared(candidate: Compared, ports: Ports, system: System) -> dict[str, Any]:
+    """A candidate, with its errors in the units of the outputs' columns."""
+    numbers = ("score", "difference", "standard_error", "named", "probability")
+    effects = [_named(added, ports) | {"kind": kind_of(added)} for added in candidate.effects]
+    found = {"effects": effects, **{name: getattr(candidate, name) for name in numbers}}
+    if not candidate.errors:
+        return found
+    columns = {output.name: output.as_difference for output in system.outputs}
+    errors = {
+        name: {"value": error / columns[name].factor, "unit": columns[name].text}
+        for name, error in candidate.errors.items()
+    }
+    return found | {"errors": errors, "horizon": candidate.horizon}
 
 
 def _plain(value: Any) -> Any:

@@ -10,7 +10,6 @@ from pathlib import Path
 import sympy as sp
 
 from unmodelled.diagnosis.answer.augmented import FILE
-from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.result import DiagnosedEffect
 from unmodelled.diagnosis.gates.robot_numbers import of_parameters
 from unmodelled.effects.added import Added
@@ -257,14 +256,14 @@ class _Written:
 
     def missing(self, file: Patched, forces: Mapping[str, sp.Expr]) -> Iterator[Missing]:
         """Yield what the file does not hold of the effect."""
-        others = [named(other) for other in self.found.indistinguishable if other.robot]
+        others = [other.title for other in self.found.indistinguishable if other.robot]
         alike = (
             f"; the logs cannot tell it from {others[0]}, which a robot has a number for" if others else ""
         )
         if self.absent:
-            yield Missing(named(self.added), self.absent + alike, False)
+            yield Missing(self.added.title, self.absent + alike, False)
         elif rest := [n for n in self.added.amplitudes if n not in self.off]:
-            part = f"{', '.join(rest)} of {named(self.added)}" if self.off else named(self.added)
+            part = f"{', '.join(rest)} of {self.added.title}" if self.off else self.added.title
             held = any(symbol(n) in force.free_symbols for n in rest for force in forces.values())
             yield Missing(part, f"{file.format} has no such law{'' if held else alike}", held)
 

@@ -195,7 +195,8 @@ class Columns:
         """Every effect of the library and of the user where it can be added to the hypothesis."""
         hypothesis = self.path.hypothesis
         found = []
-        for effect in (*effects(), *hypothesis.study.laws):
+        library = (effect for effect in effects() if effect.family not in hypothesis.study.without)
+        for effect in (*library, *hypothesis.study.laws):
             taken = {e.place.channel for e in hypothesis.effects if e.family == effect.family}
             known = set(effect.places(hypothesis.study.system))
             places = [p for p in hypothesis.places(effect) if p in known and p.channel not in taken]

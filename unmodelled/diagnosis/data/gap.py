@@ -13,6 +13,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array, Indices, Mask
 from unmodelled.base.errors import BadInput
+from unmodelled.base.wording import amounts
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.units import LoggedUnit
 
@@ -66,13 +67,13 @@ class Off:
 
         Examples:
             >>> Off("rad", 0.0123, None).says(0.1)
-            '0.012 rad off after 0.1 s, diverges over whole runs'
+            '12 mrad off after 0.1 s, diverges over whole runs'
         """
-        shown = self.as_logged
+        shown, late = self.as_logged, amounts([seconds], "s", 3)[0].replace("\u00a0", " ")
         near, far = (_amount(value, shown.unit) for value in (shown.at_horizon, shown.whole_run))
         return ", ".join(
             (
-                f"{near} off after {seconds:.3g} s" if near else f"diverges within {seconds:.3g} s",
+                f"{near} off after {late}" if near else f"diverges within {late}",
                 f"{far} over whole runs" if far else "diverges over whole runs",
             )
         )
@@ -80,10 +81,7 @@ class Off:
 
 def _amount(value: float | None, unit: str) -> str:
     """Return a value with its unit, "" for no value."""
-    if value is None:
-        return ""
-    number = f"{float(f'{value:.2g}'):.6g}"  # 160, not 1.6e+02
-    return number if unit in ("", "1", "-") else f"{number} {unit}"
+    return "" if value is None else amounts([value], unit)[0].replace("\u00a0", " ")
 
 
 @dataclass(frozen=True)

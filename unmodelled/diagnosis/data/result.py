@@ -27,7 +27,7 @@ Verdict = Literal["effect", "main_effect", "no_gap", "unknown", "check_logs"]
 class JudgedModel:
     """A model with its gap of experiments left out."""
 
-    label: str  # such as "known" or "with coulomb_friction at rail"
+    label: str  # such as "known" or "with Coulomb friction at rail"
     system: System  # with the model's numbers, ready to be written as a file
     logs: Logs  # all experiments, with the states and constants of `system`
     gap: Gap  # of experiments left out
@@ -90,6 +90,13 @@ class Compared:
     difference: float  # mean paired difference of the score from that of the named one; positive is worse
     standard_error: float  # of the difference
     named: bool
+    #: Calibrated probability of the last of the effects beside those before it; None where another form
+    #: stands for it, or where it was not compared.
+    probability: float | None = None
+    #: Root mean square errors of free runs over windows of one length (s), by output, SI; `horizon` is nan
+    #: where they are not known.
+    errors: Mapping[str, float] = field(default_factory=dict)
+    horizon: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +162,7 @@ class Diagnosis:
     correlations: Mapping[tuple[str, str], float] = field(default_factory=dict)
     chain: tuple[ChainPart, ...] = ()  # how the logs were made: what pays of the measurement chain
     evidence: tuple[Evidence, ...] = ()  # of laws by length of the windows, the shortest first
+    alike: Evidence | None = None  # of the most alike law where none is named
     strangers: tuple[str, ...] = ()  # ids of experiments that the named effects do not predict better
 
 

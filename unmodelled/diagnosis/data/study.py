@@ -38,6 +38,7 @@ class Study:
     options: Options = DEFAULT_OPTIONS
     seed: int = 0  # of the random numbers of models
     laws: tuple[Effect, ...] = ()  # tried beside those of the library
+    without: frozenset[str] = frozenset()  # families of the library that are not tried
 
     @classmethod
     def of(

@@ -99,10 +99,6 @@ def _at_end(name: str, unit: str, unknown: Unknown, end: float) -> str:
     )
 
 
-def _label(added: Added) -> str:
-    return f"{added.family} at {added.place.channel}"
-
-
 def _bounds(efforts: Efforts, added: Added) -> Iterator[Remark]:
     """Numbers of an effect at the limits of the values that are tried."""
     hypothesis, fit = efforts.fitted.hypothesis, efforts.fitted.fit
@@ -115,7 +111,7 @@ def _bounds(efforts: Efforts, added: Added) -> Iterator[Remark]:
         yield Remark(
             tuple(each),
             "bound",
-            f"{_label(added)}: {shown} {what} of the tried values, so that these logs do not tell the "
+            f"{added.title}: {shown} {what} of the tried values, so that these logs do not tell the "
             "number; do not use it, or log motions in which it matters more",
         )
 
@@ -139,7 +135,7 @@ def _effort(efforts: Efforts, added: Added) -> Iterator[Remark]:
     yield Remark(
         (name,) if single else added.amplitudes,
         "effort",
-        f"{_label(added)}: {part} {quantity(size, port.unit)} is {size / limit:.2g} times the largest {noun} "
+        f"{added.title}: {part} {quantity(size, port.unit)} is {size / limit:.2g} times the largest {noun} "
         f"that acts at {port.name} in these logs ({quantity(limit, port.unit)}); do not use this number, "
         "look for another effect or log slower motions",
     )
@@ -155,7 +151,7 @@ def _mass(efforts: Efforts, added: Added) -> Iterator[Remark]:
         yield Remark(
             (name,),
             "mass",
-            f"{_label(added)}: {name} = {quantity(change, unit)} is {abs(change) / known:.2g} times the "
+            f"{added.title}: {name} = {quantity(change, unit)} is {abs(change) / known:.2g} times the "
             f"known one there ({quantity(known, unit)}); check the given masses, or look for another effect",
         )
 
@@ -171,7 +167,7 @@ def _gain(efforts: Efforts, added: Added) -> Iterator[Remark]:
         yield Remark(
             (name,),
             "gain",
-            f"{_label(added)}: a gain of {1.0 + error:.3g} is further from one than {part}s usually are "
+            f"{added.title}: a gain of {1.0 + error:.3g} is further from one than {part}s usually are "
             f"({100.0 * most[added.family]:.0f} %); check unit and calibration of {added.place.name}, or "
             "look for another effect",
         )
@@ -187,7 +183,7 @@ def _zero(numbers: Numbers, added: Added) -> Iterator[Remark]:
         yield Remark(
             names,
             "zero",
-            f"{_label(added)}: {shown} may as well be zero; log motions in which the effect is larger",
+            f"{added.title}: {shown} may as well be zero; log motions in which the effect is larger",
         )
 
 

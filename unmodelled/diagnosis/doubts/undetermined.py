@@ -238,7 +238,7 @@ def _curve(added: Added, names: tuple[str, ...]) -> Remark:
     return Remark(
         names,
         "undetermined",
-        f"{added.family} at {added.place.channel}: these logs determine its curve, not {listed(names)} one "
+        f"{added.title}: these logs determine its curve, not {listed(names)} one "
         "by one; use them together only",
     )
 
@@ -264,4 +264,4 @@ def _single(found: Determination, name: str) -> Remark:
 def _label(fitted: FittedHypothesis, name: str) -> str:
     """A number, with its effect where it has one."""
     owner = [e for e in fitted.hypothesis.effects if name in e.units]
-    return f"{name} of {owner[0].family} at {owner[0].place.channel}" if owner else name
+    return f"{name} of {owner[0].title}" if owner else name

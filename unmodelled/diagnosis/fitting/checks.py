@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, closest
 from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.library import effects
 from unmodelled.effects.own_law import Law
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -28,6 +29,14 @@ def check_seed(seed: int) -> None:
     """Refuse a seed that is not a whole number from 0 on."""
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
+
+
+def check_families(without: Sequence[str]) -> None:
+    """Refuse families to leave out that the library does not have."""
+    known = sorted({effect.family for effect in effects()})
+    for family in without:
+        if family not in known:
+            raise BadInput(f"without: there is no family {str(family)!r}{closest(str(family), known)}")
 
 
 def check_laws(laws: Sequence[Law], system: System, logs: Logs, horizon: float) -> None:

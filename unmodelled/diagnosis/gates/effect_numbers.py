@@ -149,7 +149,7 @@ def _switched_off(found: DiagnosedEffect, diagnosis: Diagnosis) -> Iterator[str]
         gain = _gain(logged, acting)
         if gain <= LEAST_GAIN * (1.0 + ROUNDING):
             yield (
-                f"with {said}, {added.family} at {place.channel} leaves {max(100.0 * gain, 0.0):.2g} % of "
+                f"with {said}, {added.title} leaves {max(100.0 * gain, 0.0):.2g} % of "
                 f"{place.name}, which switches it off"
             )
 

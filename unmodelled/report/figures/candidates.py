@@ -21,10 +21,11 @@ WRAP = 60
 def candidates(data: Path) -> Figure:
     """The named model and the best others, by how much worse they predict experiments left out of the fit.
 
-    The score is the mean over experiments and outputs of ln(mean square error / noise variance + 1). Shown is
-    the difference from the named model, with its standard error over experiments; to the right is worse.
-    Green is the named model: the simplest model that no other model beats by more than chance and by a
-    material amount. Models that add effects to it come only after those that compete with it.
+    The score is the mean over experiments and outputs of ln(mean square error / noise variance + 1).
+    Shown is the difference from the named model, with its standard error over experiments; to the right
+    is worse. The named model is marked: the simplest model that no other model beats by more than
+    chance and by a material amount; where nothing is named, it is the one without a law. Models that
+    add effects to it come only after those that compete with it.
     """
     rows = table(data, "candidates").head(MOST)
     labels = [fill(label, WRAP) for label in rows["label"]]

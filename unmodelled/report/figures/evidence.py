@@ -25,10 +25,10 @@ def evidence(data: Path) -> Figure:
     """Evidence of laws, by length of the windows.
 
     Every law stands beside the known physics and the measurement chain, all refitted. Nats are the log
-    evidence over the same fit without the law, after the price of its numbers. In brackets: share of the
-    squared residual that the law removes. Green is what the answer names. Compare nats within one length
-    only: longer windows hold fewer independent samples. A law that leads at both lengths is surer than one
-    that leads at one.
+    evidence over the same fit without the law, after the price of its numbers. In brackets: share of
+    the squared residual that the law removes. Where the answer names a law, it is green. Compare nats
+    within one length only: longer windows hold fewer independent samples. A law that leads at both
+    lengths is surer than one that leads at one.
     """
     rows, named = table(data, TABLE), set(about(data)["effects"])
     # by rank, because nats of different lengths do not compare; of equal ranks, longer windows come first

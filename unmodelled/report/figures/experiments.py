@@ -19,9 +19,9 @@ MOST = 40
 def gaps_of_experiments(data: Path) -> Figure:
     """Gap of every experiment: system file as given, refitted parameters, and diagnosed effects.
 
-    Experiments are sorted by their gap, the largest first. A green mark at
-    the grey mark means that the gap equals the noise floor. If the green mark of one experiment stays far
-    above those of the others, look for an effect or a fault that only this experiment has.
+    Experiments are sorted by their gap, the largest first. A last model of the
+    legend at the noise of the sensors leaves nothing else. If that model stays far above it in one experiment
+    alone, look for an effect or a fault that only this experiment has.
     """
     return _drawn(data, ["known", "reidentified", *(["augmented"] if about(data)["effects"] else [])])
 
@@ -30,8 +30,8 @@ def gaps_of_experiments(data: Path) -> Figure:
 def gaps_as_given(data: Path) -> Figure:
     """Gap of every experiment, with the system file as given.
 
-    Experiments are sorted by their gap, the largest first. The grey mark is the noise floor, the gap that
-    sensor noise alone causes.
+    Experiments are sorted by their gap, the largest first. The upright mark is the noise floor, the gap
+    that sensor noise alone causes.
     """
     return _drawn(data, ["known"])
 

@@ -25,10 +25,10 @@ FEWEST, PART, POINTS = 16, 1024, 12
 def spectrum(data: Path) -> Figure:
     """Spectrum of the errors of free runs, in the experiment with the largest gap.
 
-    Root of the power spectral density (Welch 1967). The grey line is white noise of the sensor. Green at the
-    grey line means that nothing but noise remains. A peak shows a vibration or a disturbance of this
-    frequency, a rise to low frequencies a slow effect. Below the dotted line, one over the horizon, errors
-    are small because a new free run starts after every horizon.
+    Root of the power spectral density (Welch 1967). The dashed line is white noise of the sensor. The
+    last model of the legend at that line means that nothing but noise remains. A peak shows a vibration
+    or a disturbance of this frequency, a rise to low frequencies a slow effect. Below the dotted line,
+    one over the horizon, errors are small because a new free run starts after every horizon.
     """
     content, rows = about(data), table(data, "trajectory")
     outputs = content["outputs"][:MOST]

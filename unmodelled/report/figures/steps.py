@@ -21,8 +21,8 @@ def gap_steps(data: Path) -> Figure:
 
     First the uncertain parameters are refitted, then each effect is added and all parameters are refitted.
     The percentage is the change of the squared gap above the noise floor. The axis is logarithmic. If the
-    purple line (a network in every port) is well left of the last dot, a flexible model could still explain a
-    part of the gap. The grey line is the noise floor, the gap that sensor noise alone causes.
+    line of a network in every port is well left of the last dot, a flexible model could still explain a part
+    of the gap. The line of the noise of the sensors is the noise floor, the gap that noise alone causes.
     """
     steps = table(data, "steps")
     models = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)

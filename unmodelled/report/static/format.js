@@ -6,9 +6,9 @@ const format = (() => {
 
   function shown(value, digits = 4) {
     const size = Math.abs(value);
-    if (size < 1e5 && (size === 0 || size >= 1e-3)) return String(Number(value.toPrecision(digits))).replace("-", "−");
+    if (size < 1e7 && (size === 0 || size >= 1e-4)) return String(Number(value.toPrecision(digits))).replace("-", "−");
     const [mantissa, exponent] = value.toExponential(Math.min(digits, 3) - 1).split("e");
-    return `${mantissa}×10${[...String(Number(exponent))].map((c) => RAISED[c]).join("")}`.replace("-", "−");
+    return `${Number(mantissa)}×10${[...String(Number(exponent))].map((c) => RAISED[c]).join("")}`.replace("-", "−");
   }
 
   const unitText = (unit) => (["", "1", "-"].includes(unit) ? "" : unit.replace(/\^(-?\d+)/g, (_, n) => [...n].map((c) => RAISED[c]).join("")));

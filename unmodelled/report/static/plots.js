@@ -5,7 +5,7 @@ const plotting = (() => {
   const plots = [];
 
   const colour = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const value = (_, v) => (v == null ? "–" : format.shown(v));
+  const value = (_, v) => (v == null ? "" : format.shown(v));
 
   // shows a stretch of time in all plots over time
   function zoom(min, max) {
