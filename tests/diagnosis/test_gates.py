@@ -201,7 +201,14 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 @pytest.mark.parametrize(
     ("before", "after", "is_worse"),
     [
-        *((0.2, 0.1, False), (0.2, 0.21, False), (0.2, 0.3, True), (0.2, None, True), (0.0, 0.1, True)),
+        *(
+            (0.2, 0.1, False),
+            (0.2, 0.21, False),
+            (1e-3, 2e-3, False),
+            (0.2, 0.3, True),
+            (0.2, None, True),
+            (0.0, 0.1, True),
+        ),
         *((None, 0.2, False), (None, None, False), (400.0, 900.0, False), (1e-7, 2e-7, False)),
     ],
 )

@@ -21,6 +21,8 @@ Errors = Mapping[str, float | None]
 
 #: Part by which an error over whole runs may exceed that of the given file: chance between few experiments.
 TOLERANCE = 0.1
+#: Standard deviations of an output by which an error may grow: one that does not matter, as in the gap.
+SMALL = 0.02
 #: Experiments that a note names.
 NAMED = 4
 
@@ -74,14 +76,15 @@ def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[st
     """Return which output a file predicts worse over whole runs than the file it came from.
 
     An error beyond `LARGEST_ERROR` standard deviations counts as this, as in the gap: where the given file
-    fails too, as on an unstable machine, nothing is compared. A difference within the noise of the sensor is
-    none.
+    fails too, as on an unstable machine, nothing is compared. A difference within the noise of the sensor, or
+    that does not matter beside the motion, is none.
     """
     logs, largest = recording.logs, LARGEST_ERROR * recording.scale
     times: dict[str, float] = {}
-    for name, most, noise in zip(logs.outputs, largest.tolist(), recording.noise.tolist(), strict=True):
+    allowed = np.maximum(recording.noise, SMALL * recording.scale)
+    for name, most, least in zip(logs.outputs, largest.tolist(), allowed.tolist(), strict=True):
         was, now = (most if (e := errors[name]) is None else min(e, most) for errors in (before, after))
-        if now > (1.0 + TOLERANCE) * was and now**2 - was**2 > noise**2:
+        if now > (1.0 + TOLERANCE) * was and now**2 - was**2 > least**2:
             times[name] = now / was if was > 0.0 else np.inf
     if not times:
         return ""
