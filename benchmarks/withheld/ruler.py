@@ -41,6 +41,8 @@ Content = Mapping[str, Any]
 MOST_ALIKE = 4
 #: Families that are one: a lag shorter than the motion is a delay.
 SAME = {"sensor_lag": "sensor_delay", "actuator_lag": "input_delay"}
+#: Families of the library by the names that cases have from when it lacked them.
+LATER = {"sticky_valve": "actuator_stiction"}
 #: Kinds of cases, with what is asked of them.
 ASKED = {
     "single": ("first", "about"),
@@ -82,7 +84,7 @@ def scored(truth: Content, answer: Content) -> dict[str, bool | None]:
     named = [own for own in named if not own & chain or any(own & p for p in planted)]
     hits = [any(own & p for p in planted) for own in named]
     met = [any(own & p for own in named) for p in planted]
-    outside = truth["verdict"] == "unknown"
+    outside = truth["verdict"] == "unknown" and not all(e["family"] in LATER for e in truth["effects"])
     exact = bool(planted) and all(met) and len(named) == len(planted)
     silent = answer["verdict"] in ("no_gap", "effect") and not named
     says_more = answer["verdict"] == "unknown" or (answer["verdict"] == "main_effect" and not named)
@@ -97,6 +99,7 @@ def scored(truth: Content, answer: Content) -> dict[str, bool | None]:
 
 
 def _site(family: str, channel: str) -> tuple[str, str]:
+    family = LATER.get(family, family)
     return SAME.get(family, family), channel
 
 

@@ -101,7 +101,7 @@ def test_a_number_that_no_machine_has_does_not_leave(words: str, tmp_path: Path)
 
 def test_a_friction_that_drives_does_not_leave(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, Said("viscous_friction", JOINT, {"d": -0.01}))
-    assert impossible_numbers(found) == "d = -0.01 N m s is below its lowest possible value, 0"
+    assert impossible_numbers(found) == "d = -0.01 N m s/rad is below its lowest possible value, 0"
 
 
 @pytest.mark.long

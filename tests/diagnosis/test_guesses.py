@@ -82,8 +82,8 @@ def test_an_effect_is_said_over_the_guess(tmp_path: Path) -> None:
         "interval": pytest.approx([2.9e4, 3.1e4]),
     }
     effect = {"family": "coulomb_friction", "port": "ram", "parameters": {name: entry}}
-    said = "(95 % interval 2.9e+04 to 3.1e+04), in N only once A is known"
-    assert [*numbers_of(effect)] == [f"{symbol} = 3e+04 Pa {said}"]
+    said = "(95 % interval 29000 to 31000), in N only once A is known"
+    assert [*numbers_of(effect)] == [f"{symbol} = 30000 Pa {said}"]
     assert main_number(effect) == {**entry, **entry["shown"]}
     assert remark({"remarks": ["guess"]}) == "in proportion to a guess of the system file"
 

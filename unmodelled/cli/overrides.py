@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 import shlex
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -59,10 +59,15 @@ def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     OmegaConf.resolve(config)
     check_overrides(config, program, kinds)
     given_paths = [name for name in path_arguments(given) if config.get(name) is not None]
-    for name in given_paths:
+    return _paths(config, given_paths)
+
+
+def _paths(config: DictConfig, names: Iterable[str]) -> dict[str, Path]:
+    """The values of keys as paths."""
+    for name in names:
         if OmegaConf.is_config(config[name]):
             raise _wrong(name, "the path of a file or folder", config[name])
-    found = {name: Path(str(config[name])) for name in given_paths}
+    found = {name: Path(str(config[name])) for name in names}
     for name, path in found.items():
         check_name(name, path)
     return found
@@ -78,9 +83,7 @@ def check_given(config: DictConfig, program: Program) -> None:
     if missing:
         as_keys = " ".join(f"{name}=..." for name in missing)
         raise BadInput(f"{', '.join(missing)} must be given: {as_keys}{_all_keys(program, verb)}")
-    paths = {name: Path(str(config[name])) for name in (*INPUTS, "out") if config.get(name) is not None}
-    for name, path in paths.items():
-        check_name(name, path)
+    paths = _paths(config, [name for name in (*INPUTS, "out") if config.get(name) is not None])
     given = {name: path for name, path in paths.items() if name in INPUTS}
     for name, path in given.items():
         around = [path, *path.parents]

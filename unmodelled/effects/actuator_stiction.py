@@ -1,4 +1,4 @@
-"""Stiction of an actuator: a valve that stays where it is until its command has gone far enough, then jumps."""
+"""Stiction of an actuator: a valve that stays where it is until its command is far enough away."""
 
 from typing import ClassVar
 
