@@ -76,6 +76,7 @@ def test_beside_the_chain_a_right_law_leaves_the_noise_of_the_sensor(folder: Pat
     assert not found.final.around.varies
 
 
+@pytest.mark.long
 def test_friction_is_named_where_a_sensor_slips_in_some_windows(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

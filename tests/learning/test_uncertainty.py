@@ -204,7 +204,7 @@ def test_missing_events(clutch_logs: Path, tmp_path: Path, capsys: pytest.Captur
     assert "events: must be one" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("sharp", [False, True])
+@pytest.mark.parametrize("sharp", [pytest.param(False, marks=pytest.mark.long), True])
 def test_maximum_entropy_converges_for_all_operating_points(sharp: bool) -> None:
     campaign, system = ClutchCampaign(sharp), built_in("clutch_sharp" if sharp else "clutch")
     table = campaign.table()
