@@ -75,11 +75,14 @@ def test_the_power_of_a_drive_is_limited(tmp_path: Path) -> None:
 
 
 def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
-    effect = only_effect(driven(tmp_path, saturating_iron), "actuator_saturation", "actuator:i")
-    assert effect.law == "i - s_u*i*abs(i)"
-    # between the slope of the gain at rest and that of the chord at the largest current, 5 A
-    assert 0.08 / 1.4 - 0.01 < effect.parameters["s_u"]["value"] < 0.08
-    assert effect.parameters["s_u"]["unit"] == "1/A"
+    """A curve of the current with another gain is the same."""
+    answer = driven(tmp_path, saturating_iron)
+    effect = only_effect(answer, "actuator_curve", "actuator:i")
+    assert effect.indistinguishable == ("actuator saturation (falling gain) at input i",)
+    f, gain = effect.parameters["f"]["value"], answer.parameters.set_index("name").loc["k_m", "identified"]
+    # at rest; its slope is between that at rest and that of the chord at the largest current, 5 A
+    assert (1.0 - f) * gain == pytest.approx(0.52, rel=0.05)
+    assert 0.08 / 1.4 - 0.01 < -f / (1.0 - f) / 5.0 < 0.08
 
 
 def test_the_torque_rises_faster_than_the_current(tmp_path: Path) -> None:

@@ -143,10 +143,11 @@ def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
         *(0.0005, 1, 0.015),
     )
     answer = diagnosed(tmp_path, BATTERY, recorded)
-    effect = only_effect(answer, "rc_branch", "sensor:U")
-    assert effect.parameters["tau_1"]["value"] == pytest.approx(2000.0 / 60.0, rel=0.02)
-    assert effect.parameters["R_1"]["value"] == pytest.approx(-((6.0 / 9.0) ** 2) / 60.0, rel=0.03)
-    assert answer.parameters["identified"].to_list() == pytest.approx([9000.0, 0.015], rel=0.02)
+    effect = only_effect(answer, "storage", "cell")
+    assert effect.indistinguishable == ("rc branch at sensor U",)
+    assert effect.parameters["k"]["value"] == pytest.approx(60.0, rel=0.02)
+    assert effect.parameters["tau_n"]["value"] == pytest.approx(100.0, rel=0.03)
+    assert answer.parameters["identified"].to_list() == pytest.approx([3000.0, 0.015], rel=0.02)
 
 
 RESISTANCE, TIME = 0.02, 45.0  # ohm, s
