@@ -14,6 +14,7 @@ from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.faults.look import without_copies
 from unmodelled.diagnosis.faults.rates import Rate, rates
+from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.logs import Logs
 
 #: Pendulum with a dry friction that its system file does not know.
@@ -89,6 +90,11 @@ def still(frames: Frames) -> Frames:
     return known | {"run3": known["run3"].assign(phi=angle)}
 
 
+def ended_at(column: str, end: float) -> Spoil:
+    """A sensor whose range ends early."""
+    return lambda frames: {run: f.assign(**{column: f[column].clip(-end, end)}) for run, f in frames.items()}
+
+
 EVERY = tuple(f"run{k}" for k in range(1, 7))
 FAULTS: dict[str, tuple[Spoil, str, tuple[str, ...], tuple[str, ...]]] = {
     "angle ten times": (scaled("phi", 10.0, "run2", "run4"), "factor", ("phi",), ("run2", "run4")),
@@ -99,6 +105,7 @@ FAULTS: dict[str, tuple[Spoil, str, tuple[str, ...], tuple[str, ...]]] = {
     "speed of a run elsewhere": (of_unlogged, "unrelated_rate", ("tacho",), ("run4",)),
     "clocks": (faster(1.1, "run2", "run5"), "clock", ("t",), ("run2", "run5")),
     "standing": (still, "frozen", ("phi",), ("run3",)),
+    "half of the angles": (ended_at("phi", 0.2), "clipped", ("phi",), ()),
     "no input": (scaled("torque", 0.0, "run1", "run3"), "constant", ("torque",), ("run1", "run3")),
 }
 
@@ -157,6 +164,31 @@ def test_an_input_that_was_not_recorded_in_half_of_the_runs(tmp_path: Path) -> N
     runs = ("run1", "run4", "run6")
     (fault,) = told(scaled("force", 0.0, *runs)(SCREW.frames(3, 6, 900)), tmp_path, SCREW.system)
     assert (fault.problem, fault.channels, fault.experiments) == ("constant", ("force",), runs)
+
+
+@pytest.mark.parametrize("form", ["%.17g", "%.6g", "%.4f", "%.3f"])
+@pytest.mark.parametrize("step", [0.0, 10.0])
+def test_a_multiple_of_an_input_is_no_measurement(form: str, step: float, tmp_path: Path) -> None:
+    """Of a smooth input or of one in steps, which both columns write in a few digits."""
+    inputs = (
+        (lambda u: step * np.round(u[:, np.arange(u.shape[1]) // 40 * 40] / step)) if step else SCREW.inputs
+    )
+    frames = replace(SCREW, inputs=inputs).frames(3, 4, 900)
+    shown = {run: f.assign(s=0.4 * f["force"]).map(lambda v: float(form % v)) for run, f in frames.items()}
+    shown = {run: f.assign(t=frames[run]["t"]) for run, f in shown.items()}
+    (fault,) = told(shown, tmp_path, SCREW.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("command", ("s",), True)
+    assert "s is the input force times 0.4 in all samples" in fault.sentence
+
+
+def test_an_output_that_shows_its_input_is_a_measurement(tmp_path: Path) -> None:
+    system = system_of(
+        changed(SCREW.system, ("s: {unit: m}}\nparam", "s: {expression: s + 0.4*force, unit: m}}\nparam")),
+        tmp_path,
+    )
+    force = np.concatenate([f["force"] for f in SCREW.frames(3, 2, 900).values()])
+    offsets = np.array([0, 900, 1800])
+    assert commands_as_outputs(system, 0.4 * force[:, None], force[:, None], offsets) == {}
 
 
 @pytest.mark.parametrize("runs", [EVERY, ("run2", "run4")])

@@ -18,7 +18,7 @@ from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.faults.copies import command_notes, copies, notes, register_notes
+from unmodelled.diagnosis.faults.copies import clipped_notes, command_notes, copies, notes, register_notes
 from unmodelled.diagnosis.faults.corrected_logs import Correction
 from unmodelled.diagnosis.faults.duplicates import copied_columns, different, duplicates
 from unmodelled.diagnosis.faults.fits import clock_of, factors_of, of_every, of_some, swapped
@@ -75,7 +75,8 @@ def without_copies(
     found = copies(different(logs))
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
     alone = len(commands) == len(logs.outputs)
-    said = (*register_notes(system, logs), *notes(logs, found), *command_notes(logs, commands, alone))
+    said = (*register_notes(system, logs), *clipped_notes(system, logs))
+    said = (*said, *notes(logs, found), *command_notes(logs, commands, alone))
     if any(fault.decides for fault in said):
         return system, logs, said
     if found or commands:
