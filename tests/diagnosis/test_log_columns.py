@@ -13,6 +13,7 @@ from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.faults.questions import moves_with_constant_inputs
 from unmodelled.diagnosis.faults.rates import Rate, rates
 from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.logs import Logs
@@ -251,3 +252,23 @@ def test_which_output_is_the_rate_of_another(tmp_path: Path) -> None:
     geared = changed(SWING.system, ("phi: {unit: rad}, tacho", "phi: {unit: rad, expression: 3*phi}, tacho"))
     assert rates(system_of(geared, tmp_path)) == (Rate(0, 1, pytest.approx(1.0 / 3.0)),)
     assert rates(system_of(text_of("two_masses.yaml"), tmp_path)) == ()
+
+
+def test_a_stuck_input_is_told_beside_a_large_gap(tmp_path: Path) -> None:
+    """A friction as large as the drive hides what the model says; a free swing is no such run."""
+    heavy = replace(
+        SWING,
+        rates=lambda x, u: np.array(
+            [x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1] - 0.2 * np.tanh(x[1] / 0.05)) / 0.05]
+        ),
+    )
+    right = heavy.frames(4, 6, 1200)
+    swing = replace(heavy, force=0.0, start=1.5).frames(5, 1, 1200)["run1"]
+    stuck = {run: right[run].assign(torque=right[run]["torque"][50]) for run in ("run3", "run5")}
+    system = system_of(ANGLE, tmp_path)
+    for frames, runs in ((right | {"free": swing}, ()), (right | stuck, ("run3", "run5"))):
+        logs = Logs.from_frames(frames, system)
+        driven = moves_with_constant_inputs(logs)
+        assert tuple(name for name, is_one in zip(logs.ids, driven, strict=True) if is_one) == runs
+    (fault,) = told(right | stuck, tmp_path, ANGLE)
+    assert (fault.problem, fault.channels, fault.experiments) == ("constant", ("torque",), ("run3", "run5"))

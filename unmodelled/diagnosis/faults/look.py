@@ -30,10 +30,12 @@ from unmodelled.diagnosis.faults.questions import (
     clocks,
     constants,
     exchanged,
+    moves_with_constant_inputs,
     moves_without_input,
     multiples_of_slopes,
     multiplied,
     questions,
+    unchanged_inputs,
     without_input,
     without_inputs,
 )
@@ -108,7 +110,17 @@ def log_faults(
         said = [replace(note, decides=True) for note in said] or [without_input(found, undriven)]
     if not answer and not any(note.decides for note in said):
         answer = _unrelated(system, found, horizon, options)
+    if not any(each.decides for each in (*said, *answer)):
+        said += _unchanged(system, found, options)
     return *duplicates(logs), *contradictions, *said, *answer
+
+
+def _unchanged(system: System, logs: Logs, options: Options) -> Iterator[LogFault]:
+    """Yield the fault that runs with constant inputs look driven, if half of such a run is no free motion."""
+    runs = moves_with_constant_inputs(logs)
+    half = 0.5 * logs.period * float(np.diff(logs.offsets).min())
+    if runs.any() and _far_off(system, logs, half, options, runs):
+        yield unchanged_inputs(logs, runs)
 
 
 def _contradictions(system: System, logs: Logs, horizon: float, options: Options) -> Iterator[LogFault]:
