@@ -13,7 +13,9 @@ from tests.machines.folders import changed, system_of, text_of
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.faults.look import without_copies
+from unmodelled.diagnosis.faults.questions import moves_with_constant_inputs
 from unmodelled.diagnosis.faults.rates import Rate, rates
+from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.logs import Logs
 
 #: Pendulum with a dry friction that its system file does not know.
@@ -89,6 +91,11 @@ def still(frames: Frames) -> Frames:
     return known | {"run3": known["run3"].assign(phi=angle)}
 
 
+def ended_at(column: str, end: float) -> Spoil:
+    """A sensor whose range ends early."""
+    return lambda frames: {run: f.assign(**{column: f[column].clip(-end, end)}) for run, f in frames.items()}
+
+
 EVERY = tuple(f"run{k}" for k in range(1, 7))
 FAULTS: dict[str, tuple[Spoil, str, tuple[str, ...], tuple[str, ...]]] = {
     "angle ten times": (scaled("phi", 10.0, "run2", "run4"), "factor", ("phi",), ("run2", "run4")),
@@ -99,6 +106,7 @@ FAULTS: dict[str, tuple[Spoil, str, tuple[str, ...], tuple[str, ...]]] = {
     "speed of a run elsewhere": (of_unlogged, "unrelated_rate", ("tacho",), ("run4",)),
     "clocks": (faster(1.1, "run2", "run5"), "clock", ("t",), ("run2", "run5")),
     "standing": (still, "frozen", ("phi",), ("run3",)),
+    "half of the angles": (ended_at("phi", 0.2), "clipped", ("phi",), ()),
     "no input": (scaled("torque", 0.0, "run1", "run3"), "constant", ("torque",), ("run1", "run3")),
 }
 
@@ -157,6 +165,31 @@ def test_an_input_that_was_not_recorded_in_half_of_the_runs(tmp_path: Path) -> N
     runs = ("run1", "run4", "run6")
     (fault,) = told(scaled("force", 0.0, *runs)(SCREW.frames(3, 6, 900)), tmp_path, SCREW.system)
     assert (fault.problem, fault.channels, fault.experiments) == ("constant", ("force",), runs)
+
+
+@pytest.mark.parametrize("form", ["%.17g", "%.6g", "%.4f", "%.3f"])
+@pytest.mark.parametrize("step", [0.0, 10.0])
+def test_a_multiple_of_an_input_is_no_measurement(form: str, step: float, tmp_path: Path) -> None:
+    """Of a smooth input or of one in steps, which both columns write in a few digits."""
+    inputs = (
+        (lambda u: step * np.round(u[:, np.arange(u.shape[1]) // 40 * 40] / step)) if step else SCREW.inputs
+    )
+    frames = replace(SCREW, inputs=inputs).frames(3, 4, 900)
+    shown = {run: f.assign(s=0.4 * f["force"]).map(lambda v: float(form % v)) for run, f in frames.items()}
+    shown = {run: f.assign(t=frames[run]["t"]) for run, f in shown.items()}
+    (fault,) = told(shown, tmp_path, SCREW.system)
+    assert (fault.problem, fault.channels, fault.decides) == ("command", ("s",), True)
+    assert "s is the input force times 0.4 in all samples" in fault.sentence
+
+
+def test_an_output_that_shows_its_input_is_a_measurement(tmp_path: Path) -> None:
+    system = system_of(
+        changed(SCREW.system, ("s: {unit: m}}\nparam", "s: {expression: s + 0.4*force, unit: m}}\nparam")),
+        tmp_path,
+    )
+    force = np.concatenate([f["force"] for f in SCREW.frames(3, 2, 900).values()])
+    offsets = np.array([0, 900, 1800])
+    assert commands_as_outputs(system, 0.4 * force[:, None], force[:, None], offsets) == {}
 
 
 @pytest.mark.parametrize("runs", [EVERY, ("run2", "run4")])
@@ -219,3 +252,23 @@ def test_which_output_is_the_rate_of_another(tmp_path: Path) -> None:
     geared = changed(SWING.system, ("phi: {unit: rad}, tacho", "phi: {unit: rad, expression: 3*phi}, tacho"))
     assert rates(system_of(geared, tmp_path)) == (Rate(0, 1, pytest.approx(1.0 / 3.0)),)
     assert rates(system_of(text_of("two_masses.yaml"), tmp_path)) == ()
+
+
+def test_a_stuck_input_is_told_beside_a_large_gap(tmp_path: Path) -> None:
+    """A friction as large as the drive hides what the model says; a free swing is no such run."""
+    heavy = replace(
+        SWING,
+        rates=lambda x, u: np.array(
+            [x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1] - 0.2 * np.tanh(x[1] / 0.05)) / 0.05]
+        ),
+    )
+    right = heavy.frames(4, 6, 1200)
+    swing = replace(heavy, force=0.0, start=1.5).frames(5, 1, 1200)["run1"]
+    stuck = {run: right[run].assign(torque=right[run]["torque"][50]) for run in ("run3", "run5")}
+    system = system_of(ANGLE, tmp_path)
+    for frames, runs in ((right | {"free": swing}, ()), (right | stuck, ("run3", "run5"))):
+        logs = Logs.from_frames(frames, system)
+        driven = moves_with_constant_inputs(logs)
+        assert tuple(name for name, is_one in zip(logs.ids, driven, strict=True) if is_one) == runs
+    (fault,) = told(right | stuck, tmp_path, ANGLE)
+    assert (fault.problem, fault.channels, fault.experiments) == ("constant", ("torque",), ("run3", "run5"))

@@ -160,6 +160,10 @@ def ended(frames: Frames, column: str, share: float, noise: float, digits: int =
     }
 
 
+def coarse(frames: Frames, column: str, step: float) -> Frames:
+    return _each(frames, column, lambda values, _: rounded(values, step))
+
+
 def _screw(
     force: Callable[[Array, np.random.Generator], Array],
     rates: Callable[[Array, Array], Array] = SCREW.rates,
@@ -192,6 +196,18 @@ def _stop(x: Array, u: Array) -> Array:
     return np.array([x[1], (u - 40.0 * x[1] - 1e6 * np.sign(x[0]) * deep) / 12.0])
 
 
+def _walled(frames: Frames) -> Frames:
+    """Replace the motion by that between walls at 8 mm, which stop the screw: it leaves them from rest."""
+    force = np.array([frame["force"] for frame in frames.values()])
+    path, x, v, h = np.zeros_like(force), np.zeros(len(force)), np.zeros(len(force)), SCREW.period / 20.0
+    for k in range(1, force.shape[1]):
+        for _ in range(20):
+            v = v + h * (force[:, k] - 40.0 * v) / 12.0
+            v, x = np.where(np.abs(x + h * v) >= 0.008, 0.0, v), np.clip(x + h * v, -0.008, 0.008)
+        path[:, k] = x
+    return {name: frame.assign(s=s) for s, (name, frame) in zip(path, frames.items(), strict=True)}
+
+
 def _sticking(x: Array, u: Array) -> Array:
     """Rates of the screw with a dry friction in which it sticks."""
     still = (np.abs(x[1]) < 1e-4) & (np.abs(u) < 25.0)
@@ -218,6 +234,10 @@ TWINS: dict[str, Callable[[], Frames]] = {
     "blows of a hammer": lambda: _screw(lambda t, rng: 900.0 * (rng.random(len(t)) < 0.01)),
     "ramp, held": lambda: _screw(lambda t, rng: 20.0 * np.clip(t - 1.0, 0.0, 1.0) * (t < 3.0)),
     "end stops": lambda: _screw(_slow, _stop),
+    "end stops without counts": lambda: _screw(_slow, _stop, 1e-15),
+    "walls": lambda: _walled(_screw(_slow)),
+    "walls of counts": lambda: coarse(_walled(_screw(_slow)), "s", 2e-6),
+    "walls of large counts": lambda: coarse(_walled(_screw(_slow)), "s", 2e-4),
     "dry friction": lambda: _screw(_slow, _sticking),
     "few samples a period": lambda: {name: frame[::27] for name, frame in _screw(_quick).items()},
     "coarse dry friction": lambda: _screw(_slow, _sticking, 2e-4),

@@ -17,6 +17,7 @@ from tests.inspection.machines import (
     TWINS,
     Frames,
     Machine,
+    coarse,
     dropped,
     emptied,
     ended,
@@ -51,10 +52,6 @@ def systems(tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
 def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
     logs = Logs.from_frames(frames, system)
     return logs, [note for note in logs.notes if FOUND.search(note)]
-
-
-def coarse(frames: Frames, column: str, step: float) -> Frames:
-    return {n: f.assign(**{column: step * np.round(f[column] / step)}) for n, f in frames.items()}
 
 
 #: Machine, fault, words of the one note, error that may remain in nearly all samples.
@@ -230,6 +227,23 @@ COARSE_ENDS = {
     "tachometer": ("swing", ("", ""), "tacho", 0.08, 0.1),
     "measured force": ("screw", ("{unit: N}}", "{unit: N, commanded: false}}"), "force", 0.05, 0.5),
 }
+
+
+@pytest.mark.parametrize(("step", "share"), [(1e-15, 0.08), (2e-6, 0.08), (2e-3, 0.08), (2e-6, 0.5)])
+def test_a_position_that_comes_back_at_its_pace_was_beyond_its_end(
+    step: float, share: float, systems: dict[str, System]
+) -> None:
+    """Without any noise: a machine that leaves a stop starts slowly."""
+    quiet = replace(PENDULUM, logged=lambda x, rng: {"phi": x[0], "tacho": x[1]})
+    frames = coarse(quiet.frames(), "phi", step)
+    assert looked(systems["swing"], frames)[1] == []
+    logs, (note,) = looked(systems["swing"], ended(frames, "phi", share, 0.0, 15))
+    end = float(re.search(r"smallest or largest value \(-([\d.]+) rad", note)[1])  # type: ignore[index]
+    if share < 0.5:
+        assert "these are left out" in note
+        assert len(logs) > len(frames) and np.abs(logs.y[:, 0]).max() < end + 1e-4
+    else:
+        assert "too little remains without these" in note and len(logs) == len(frames)
 
 
 @pytest.mark.parametrize("case", COARSE_ENDS)

@@ -1,4 +1,4 @@
-"""Outputs that are computed from another output's samples or are a command, and registers."""
+"""Outputs that are computed from another output's samples or are a command, registers, and ends of ranges."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from threadpoolctl import threadpool_limits
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.differentiate import noise
+from unmodelled.logs.inspection.clipped import clipped_of
 from unmodelled.logs.inspection.register import register_of
-from unmodelled.logs.inspection.signal import signals_of
+from unmodelled.logs.inspection.signal import Run, signals_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -22,8 +23,10 @@ from unmodelled.systems.model import System
 COPIED_NOISE = 0.1
 #: Name of the problem that an output is computed from another one.
 COPY = "copy"
-#: Names of the problems that an output is an input, and that a channel is a register.
-COMMAND, REGISTER = "command", "register"
+#: Names of the problems that an output is an input, that a channel is a register, and that its sensor ends.
+COMMAND, REGISTER, CLIPPED = "command", "register", "clipped"
+#: Constant beside a multiple of an input that is told, as a share of the largest value.
+MATTERS = 1e-3
 #: Largest numbers of samples before and after that a filter reads: a low-pass remembers longer than a
 #: smoothing filter looks ahead. Neither is more than this share of the shortest experiment.
 BEFORE, AFTER, LONGEST_SHARE = 60, 20, 0.2
@@ -136,7 +139,10 @@ def command_notes(logs: Logs, found: Mapping[int, int], alone: bool) -> Iterator
     rest = "Name the column with the measurement, then diagnose again." if alone else "It was left out."
     for output, command in found.items():
         name, of = logs.outputs[output], logs.inputs[command]
-        said = f"{name} is the input {of} in all samples, times and plus constants, and no measurement."
+        factor, constant = np.polyfit(logs.u[:, command], logs.y[:, output], 1).tolist()
+        plus = abs(constant) > MATTERS * float(np.abs(logs.y[:, output]).max())
+        more = f" plus {constant:.3g}" if plus else ""
+        said = f"{name} is the input {of} times {factor:.3g}{more} in all samples, and no measurement."
         yield LogFault((name,), COMMAND, None, (), sentence=f"{said} {rest}", decides=alone)
 
 
@@ -151,6 +157,27 @@ def register_notes(system: System, logs: Logs) -> Iterator[LogFault]:
             )
             cure = "Log the signed number, or leave out cure: false in the mapping, then diagnose again."
             yield LogFault((signal.name,), REGISTER, None, (), sentence=f"{said} {cure}", decides=True)
+
+
+def clipped_notes(system: System, logs: Logs) -> Iterator[LogFault]:
+    """Yield a fault, which decides, for every input and position whose sensor ends too early."""
+    columns = dict(zip((*logs.inputs, *logs.outputs), (*logs.u.T, *logs.y.T), strict=True))
+    signals = signals_of(system)
+    runs = [
+        Run(name, logs.t[rows], {s.column: columns[s.name][rows] for s in signals}, signals, {})
+        for name, rows in zip(logs.ids, map(logs.rows, range(len(logs))), strict=True)
+    ]
+    for signal in signals:
+        found = clipped_of(runs, signal)
+        if found is None or not found.cuts or not found.sure:
+            continue
+        ids = tuple(run.name for run, rows in zip(runs, found.rows, strict=True) if rows.any())
+        sentence = (
+            f"{signal.name} {found.share}, as a sensor whose range ends there: what lies beyond is unknown, "
+            "and too little remains without these samples. Measure with a larger range, then diagnose again."
+        )
+        every = len(ids) == len(runs)
+        yield LogFault((signal.name,), CLIPPED, None, () if every else ids, sentence=sentence, decides=True)
 
 
 def _how(copy: Copy) -> str:

@@ -18,7 +18,7 @@ from unmodelled.diagnosis.data.options import DEFAULT_OPTIONS, Options
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.faults.copies import command_notes, copies, notes, register_notes
+from unmodelled.diagnosis.faults.copies import clipped_notes, command_notes, copies, notes, register_notes
 from unmodelled.diagnosis.faults.corrected_logs import Correction
 from unmodelled.diagnosis.faults.duplicates import copied_columns, different, duplicates
 from unmodelled.diagnosis.faults.fits import clock_of, factors_of, of_every, of_some, swapped
@@ -30,10 +30,12 @@ from unmodelled.diagnosis.faults.questions import (
     clocks,
     constants,
     exchanged,
+    moves_with_constant_inputs,
     moves_without_input,
     multiples_of_slopes,
     multiplied,
     questions,
+    unchanged_inputs,
     without_input,
     without_inputs,
 )
@@ -75,7 +77,8 @@ def without_copies(
     found = copies(different(logs))
     commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
     alone = len(commands) == len(logs.outputs)
-    said = (*register_notes(system, logs), *notes(logs, found), *command_notes(logs, commands, alone))
+    said = (*register_notes(system, logs), *clipped_notes(system, logs))
+    said = (*said, *notes(logs, found), *command_notes(logs, commands, alone))
     if any(fault.decides for fault in said):
         return system, logs, said
     if found or commands:
@@ -107,7 +110,17 @@ def log_faults(
         said = [replace(note, decides=True) for note in said] or [without_input(found, undriven)]
     if not answer and not any(note.decides for note in said):
         answer = _unrelated(system, found, horizon, options)
+    if not any(each.decides for each in (*said, *answer)):
+        said += _unchanged(system, found, options)
     return *duplicates(logs), *contradictions, *said, *answer
+
+
+def _unchanged(system: System, logs: Logs, options: Options) -> Iterator[LogFault]:
+    """Yield the fault that runs with constant inputs look driven, if half of such a run is no free motion."""
+    runs = moves_with_constant_inputs(logs)
+    half = 0.5 * logs.period * float(np.diff(logs.offsets).min())
+    if runs.any() and _far_off(system, logs, half, options, runs):
+        yield unchanged_inputs(logs, runs)
 
 
 def _contradictions(system: System, logs: Logs, horizon: float, options: Options) -> Iterator[LogFault]:

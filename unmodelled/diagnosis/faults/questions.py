@@ -209,6 +209,37 @@ def moves_without_input(logs: Logs) -> Mask:
     return runs & bool(swings.all())
 
 
+def moves_with_constant_inputs(logs: Logs) -> Mask:
+    """Return the runs, shape (experiments,), with constant inputs that swing as those with other inputs do.
+
+    They swing about as far as one of these at least, and die out no more than one of these.
+    """
+    rows = [logs.rows(i) for i in range(len(logs))]
+    still = np.array([np.ptp(logs.u[own], axis=0).max(initial=0.0) == 0.0 for own in rows])
+    if still.all() or not still.any():
+        return np.zeros(len(logs), np.bool_)
+    parts = [np.array_split(logs.y[own], THIRDS) for own in rows]
+    lasting = np.array(
+        [last.std(axis=0) / np.maximum(first.std(axis=0), 1e-300) for first, *_, last in parts]
+    )
+    size = np.array([last.std(axis=0) for *_, last in parts])
+    swings = [own >= LASTING * own[~still].min(axis=0) for own in (lasting, size)]
+    return np.asarray(still & np.all(swings, axis=(0, 2)))
+
+
+def unchanged_inputs(logs: Logs, runs: Mask) -> LogFault:
+    """Return the fault, which decides nothing, that inputs are constant in some runs (experiments,)."""
+    others = [np.ptp(logs.u[logs.rows(i)], axis=0) for i in np.flatnonzero(~runs).tolist()]
+    names = tuple(np.array(logs.inputs)[np.max(others, axis=0) > 0.0].tolist())
+    ids = tuple(logs.ids[i] for i in np.flatnonzero(runs))
+    sentence = (
+        f"{listed(names)} {'does' if len(names) == 1 else 'do'} not change in {listed(ids)} while outputs "
+        "swing as in the other runs, and the known model needs an input for it. Check that the column is the "
+        "input that drove the machine in these runs, or leave them out, then diagnose again."
+    )
+    return LogFault(names, "constant", None, ids, sentence, decides=False)
+
+
 def groups(system: System) -> list[tuple[str, ...]]:
     """Return groups of channels that may share a fault.
 

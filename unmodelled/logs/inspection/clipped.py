@@ -18,21 +18,24 @@ KIND = "clipped"
 #: Fewest samples at an end, and their number in that of a channel that comes near it by chance.
 FEWEST, MANY = 10, 5.0
 #: Steps of a coarse channel by which its pace before an end would lead beyond it, at least; a peak within one
-#: step leads 3 beyond. Pace is over this many steps, and neither doubles nor halves on the way.
-BEYOND, PACED, EVEN = 6.0, 3.0, 2.0
+#: step leads 3 beyond. Pace is over this many steps, two samples or more, and changes by less than a factor
+#: on the way: from rest it doubles at least, and 5 samples after a peak it grows by a third at most.
+BEYOND, PACED, EVEN = 6.0, 3.0, 1.6
+#: Smallest grain of a channel without any noise, in its range.
+ROUNDING = 1e-9
 #: Smallest and largest value of a channel; infinite where its range has no end.
 Ends = tuple[float, float]
 ENDLESS: Ends = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
-class _Clipped:
+class Clipped:
     """A channel with an end of its range, in all runs."""
 
     signal: Signal
     ends: Ends
     rows: list[Mask]  # samples at an end, (samples,) of every run
-    coarse: bool = False  # whether steps hide the noise, so that the machine may end there as well
+    sure: bool = True  # whether it is the sensor that ends there, and not the machine
 
     @property
     def values(self) -> str:
@@ -42,19 +45,36 @@ class _Clipped:
         words, numbers = (" or ".join(each) for each in zip(*found, strict=True))
         return f"{words} value ({numbers})"
 
-    def findings(self, runs: Sequence[Run], cured: bool) -> Iterator[Finding]:
+    @property
+    def share(self) -> str:
+        """Return where the channel stands and in which share of the samples, in words."""
+        share = 100.0 * float(np.mean(np.concatenate(self.rows)))
+        return f"stands at its {self.values} in {share:.2g} % of the samples"
+
+    @property
+    def cuts(self) -> bool:
+        """Return whether runs are to be cut at these samples: the states are unknown there."""
+        return self.signal.role in ("input", "position")
+
+    @property
+    def cured(self) -> bool:
+        """Return whether enough remains without the samples of a sensor that ends."""
+        return self.sure and (not self.cuts or all(enough_without(_wide(rows)) for rows in self.rows))
+
+    def findings(self, runs: Sequence[Run]) -> Iterator[Finding]:
         """Yield a finding for every run with such samples."""
         cure = "these are left out; a sensor with a larger range shows more"
-        if self.coarse:
+        if not self.sure:
             cure = "if the sensor ends there, leave these times out or measure with a larger range"
-        elif not cured:
+        elif not self.cured:
             cure = "too little remains without these; measure with a larger range"
-        share = 100.0 * float(np.mean(np.concatenate(self.rows)))
-        what = f"stands at its {self.values} in {share:.2g} % of the samples, {{count}} of them"
+        what = f"{self.share}, {{count}} of them"
         for run, rows in zip(runs, self.rows, strict=True):
             if rows.any():
                 first = float(run.t[np.argmax(rows)] - run.t[0])
-                yield Finding(KIND, self.signal.name, run.name, int(rows.sum()), first, what, cure, cured)
+                yield Finding(
+                    KIND, self.signal.name, run.name, int(rows.sum()), first, what, cure, self.cured
+                )
 
 
 def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, Ends]]:
@@ -66,20 +86,21 @@ def clipped(runs: Sequence[Run]) -> tuple[list[Run], list[Finding], dict[str, En
     """
     found, runs, limits = list[Finding](), list(runs), dict[str, Ends]()
     for signal in runs[0].signals:
-        mine = _clipped(runs, signal) or _coarse(runs, signal)
-        if mine is None:
+        mine = clipped_of(runs, signal)
+        found += mine.findings(runs) if mine else ()
+        if mine is None or not mine.cured:
             continue
-        cuts = signal.role in ("input", "position")
-        wide = [_wide(rows) for rows in mine.rows] if cuts else mine.rows
-        cured = not mine.coarse and (not cuts or all(map(enough_without, wide)))
-        found += mine.findings(runs, cured)
-        if not cured:
-            continue
-        if cuts:
-            runs = [run.without(rows) if rows.any() else run for run, rows in zip(runs, wide, strict=True)]
+        if mine.cuts:
+            pairs = zip(runs, mine.rows, strict=True)
+            runs = [run.without(_wide(rows)) if rows.any() else run for run, rows in pairs]
         else:
             limits[signal.column] = mine.ends
     return runs, found, limits
+
+
+def clipped_of(runs: Sequence[Run], signal: Signal) -> Clipped | None:
+    """Return the ends of the range of a channel in all runs; None where it shows none."""
+    return _clipped(runs, signal) or _passed(runs, signal)
 
 
 def _wide(rows: Mask) -> Mask:
@@ -95,7 +116,7 @@ def _wide(rows: Mask) -> Mask:
     return wide
 
 
-def _clipped(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
+def _clipped(runs: Sequence[Run], signal: Signal) -> Clipped | None:
     parts = [run.values[signal.column] for run in runs]
     # of a speed from counts of an encoder, every run can show another step
     values, step = np.concatenate(parts), max(map(quantum, parts))
@@ -109,7 +130,7 @@ def _clipped(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
     if not any(at) or (step == 0.0 and _repeats(parts, ends)):
         return None
     low, high = (end if is_one else none for end, is_one, none in zip(ends, at, ENDLESS, strict=True))
-    return _Clipped(signal, (low, high), [(part <= low) | (part >= high) for part in parts])
+    return Clipped(signal, (low, high), [(part <= low) | (part >= high) for part in parts])
 
 
 def _stands(parts: Sequence[Array], end: float, grain: float, step: float) -> bool:
@@ -132,19 +153,22 @@ def _repeats(parts: Sequence[Array], ends: Ends) -> bool:
     return sum(int((a & b).sum()) for a, b in zip(inner, same, strict=True)) > REPEATED * count
 
 
-def _coarse(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
-    """Return the ends of a channel whose steps hide its noise: it moves on, stands there, and moves on again.
+def _passed(runs: Sequence[Run], signal: Signal) -> Clipped | None:
+    """Return the ends of a channel without visible noise: it moves on, stands there, and moves on again.
 
-    Positions end at stops; a machine that settles slows down before; an input that jumps turns its course.
+    A machine that settles slows down before, and one that leaves a stop starts slowly: a position without a
+    pace of its own is none of a machine. Another channel may change its pace; where steps do not hide its
+    noise, it has none, and an input that jumps turns its course.
     """
     parts = [run.values[signal.column] for run in runs]
-    values, step = np.concatenate(parts), max(map(quantum, parts))
-    if not signal.measured or signal.role == "position" or step == 0.0 or np.ptp(values) == 0.0:
+    values, is_position = np.concatenate(parts), signal.role == "position"
+    step = max(map(_grain if is_position else quantum, parts))
+    if not signal.measured or step == 0.0 or np.ptp(values) == 0.0:
         return None
     ends = float(values.min()), float(values.max())
     visits = [0, 0]
     for run, part in zip(runs, parts, strict=True):
-        turned = quick_at(run, signal)
+        turned = np.zeros(len(part), np.bool_) if is_position else quick_at(run, signal)
         for stretch in stretches_of(part):
             if part[stretch[0]] in ends and _goes_beyond(part, stretch, step, turned):
                 visits[ends.index(part[stretch[0]])] += 1
@@ -152,7 +176,12 @@ def _coarse(runs: Sequence[Run], signal: Signal) -> _Clipped | None:
     if not any(at):
         return None
     low, high = (end if is_one else none for end, is_one, none in zip(ends, at, ENDLESS, strict=True))
-    return _Clipped(signal, (low, high), [(part <= low) | (part >= high) for part in parts], coarse=True)
+    return Clipped(signal, (low, high), [(part <= low) | (part >= high) for part in parts], sure=is_position)
+
+
+def _grain(values: Array) -> float:
+    """Return the size below which values (samples,) say nothing: their step, noise or rounding."""
+    return max(quantum(values), noise(values), ROUNDING * float(np.ptp(values)))
 
 
 def _goes_beyond(values: Array, stretch: tuple[int, int], step: float, turned: Mask) -> bool:

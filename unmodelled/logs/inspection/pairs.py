@@ -17,9 +17,9 @@ from unmodelled.systems.model import System
 REST, SAME = 0.1, 0.03
 #: Smallest multiple, or its inverse, that no gain of a sensor explains.
 FACTOR = 1.5
-#: Rest of an output beside a multiple of an input, in its standard deviation and in its counts; fewest of
-#: these.
-EXACT, COUNTS, FEWEST_COUNTS = 1e-6, 0.6, 50.0
+#: Rest of an output beside a multiple of an input, in its standard deviation (numbers are written with six
+#: digits or more) and in counts of both; fewest counts of an output that may be coarse.
+EXACT, COUNTS, FEWEST_COUNTS = 1e-4, 0.6, 50.0
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,9 @@ def _is(output: Array, command: Array) -> bool:
     """Return whether an output is a multiple of a command plus a constant, down to rounding."""
     off, own = output - output.mean(), command - command.mean()
     size, count = float(np.std(output)), quantum(output)
-    if size == 0.0 or own @ own == 0.0 or size < FEWEST_COUNTS * count:
+    if size == 0.0 or own @ own == 0.0:
         return False
-    rest = off - float(off @ own) / float(own @ own) * own
-    return float(np.abs(rest).max()) < max(EXACT * size, COUNTS * count)
+    factor = float(off @ own) / float(own @ own)
+    rest, rounding = float(np.abs(off - factor * own).max()), EXACT * size
+    counts = COUNTS * (count + abs(factor) * quantum(command))
+    return rest < rounding or bool(size >= FEWEST_COUNTS * count and rest < rounding + counts)
