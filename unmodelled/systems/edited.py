@@ -40,10 +40,7 @@ def edited(
         return None
     try:
         edits = [*_entry(text, root, head, new), *_edits(text, root, before, after)]
-    except (
-        LookupError,
-        TypeError,
-    ):  # another structure than the writer's, such as an entry that is shortened
+    except (LookupError, TypeError):  # another structure, such as an entry that is shortened
         return None
     for edit in sorted(edits, key=lambda edit: edit.start, reverse=True):
         text = text[: edit.start] + edit.text + text[edit.end :]
