@@ -39,10 +39,10 @@ from unmodelled.effects.library import effects
 Content = Mapping[str, Any]
 #: Laws of a class that count, the named one and its alternatives.
 MOST_ALIKE = 4
-#: Families that are one: a lag shorter than the motion is a delay.
-SAME = {"sensor_lag": "sensor_delay", "actuator_lag": "input_delay"}
 #: Families of the library by the names that cases have from when it lacked them.
 LATER = {"sticky_valve": "actuator_stiction"}
+#: Families that are one: a lag shorter than the motion is a delay.
+SAME = {"sensor_lag": "sensor_delay", "actuator_lag": "input_delay", **LATER}
 #: Kinds of cases, with what is asked of them.
 ASKED = {
     "single": ("first", "about"),
@@ -99,7 +99,6 @@ def scored(truth: Content, answer: Content) -> dict[str, bool | None]:
 
 
 def _site(family: str, channel: str) -> tuple[str, str]:
-    family = LATER.get(family, family)
     return SAME.get(family, family), channel
 
 

@@ -16,7 +16,6 @@ class _Stiction(DriveEffect):
 
     family = "actuator_stiction"
     phrase: ClassVar[str]
-    fitted: ClassVar[str]  # distance of the input at which the stem is at rest again
     memory: ClassVar[dict[str, Memory]]
 
     def law(self, at: Site) -> Law:

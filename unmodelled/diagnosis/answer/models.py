@@ -9,12 +9,12 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.answer.shares import shares
-from unmodelled.diagnosis.data.gap import shrink
+from unmodelled.diagnosis.data.gap import MATTERS, shrink
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.doubts.confidence import MOST
 from unmodelled.diagnosis.fitting.judged_models import known_model
-from unmodelled.diagnosis.judge.base import MATTERS, NOISES
+from unmodelled.diagnosis.judge.base import NOISES
 from unmodelled.diagnosis.judge.chain import Key
 from unmodelled.diagnosis.judge.classes import LEAST, NEAR_NATS, leaves_as_little
 from unmodelled.diagnosis.judge.judgement import Judgement

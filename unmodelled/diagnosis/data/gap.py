@@ -21,6 +21,8 @@ from unmodelled.systems.units import LoggedUnit
 WHOLE = 1e-6
 #: Standard deviations of an output; a larger error, or that of a simulation that diverged, counts as this.
 LARGEST_ERROR = 10.0
+#: Share of the motion below which an error does not matter.
+MATTERS = 0.02
 #: Standard deviations of an output; a whole run that is further off has diverged.
 DIVERGED = 1e3
 #: Steps per sample that are tried.

@@ -9,7 +9,7 @@ import numpy as np
 
 from unmodelled.base.arrays import Array
 from unmodelled.base.errors import first_few
-from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR
+from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR, MATTERS
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -21,8 +21,6 @@ Errors = Mapping[str, float | None]
 
 #: Part by which an error over whole runs may exceed that of the given file: chance between few experiments.
 TOLERANCE = 0.1
-#: Standard deviations of an output by which an error may grow: one that does not matter, as in the gap.
-SMALL = 0.02
 #: Experiments that a note names.
 NAMED = 4
 
@@ -81,7 +79,7 @@ def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[st
     """
     logs, largest = recording.logs, LARGEST_ERROR * recording.scale
     times: dict[str, float] = {}
-    allowed = np.maximum(recording.noise, SMALL * recording.scale)
+    allowed = np.maximum(recording.noise, MATTERS * recording.scale)
     for name, most, least in zip(logs.outputs, largest.tolist(), allowed.tolist(), strict=True):
         was, now = (most if (e := errors[name]) is None else min(e, most) for errors in (before, after))
         if now > (1.0 + TOLERANCE) * was and now**2 - was**2 > least**2:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from unmodelled.base.arrays import Array
+from unmodelled.diagnosis.data.gap import MATTERS
 from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
@@ -27,8 +28,8 @@ SAMPLES = 8_000
 NEAR, ITERATIONS = 1e-3, 15
 #: Share of the loss by which a base must be better to be judged again.
 BETTER = 0.01
-#: Sensor noises from which a gap matters, and share of the error of a prediction without a model.
-NOISES, MATTERS = 2.0, 0.02
+#: Sensor noises from which a gap matters, beside its share of the error of a prediction without a model.
+NOISES = 2.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,11 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.logs.readers.long import clock_of
+from unmodelled.logs.readers.messages import DEFINING
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import Records
-
-#: Messages that define others.
-DEFINING = frozenset({"FMT", "FMTU", "UNIT", "MULT"})
 
 
 class DataFlash(Reader):
@@ -39,7 +37,7 @@ class DataFlash(Reader):
                 units[name] = {c: unit for c in form.columns if (unit := form.get_unit(c))}
             records[name].add({column: getattr(message, column) for column in form.columns})
         found = [table for each in records.values() for table in each.tables()]
-        return [replace(t, units=units[t.name], clock=clock_of(replace(t, units={}))) for t in found]
+        return [replace(t, units=units[t.name], clock=clock_of(t)) for t in found]
 
 
 def _is_wanted(kind: str, wanted: Sequence[str] | None) -> bool:

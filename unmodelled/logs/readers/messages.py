@@ -21,7 +21,7 @@ from unmodelled.logs.readers.reader import START, Reader, Table
 from unmodelled.logs.recognition import COMMENT
 
 #: Messages that define others: names and columns, units of columns, symbols of units and of factors.
-FORMAT, UNITS_OF, UNIT, FACTOR = "FMT", "FMTU", "UNIT", "MULT"
+FORMAT, UNITS_OF, UNIT, FACTOR = DEFINING = "FMT", "FMTU", "UNIT", "MULT"
 #: Letters of types that are written with their factor, and symbol of a column with the number of a sensor.
 _SCALED, _INSTANCE = "cCeEL", "#"
 #: Prefixes of units by factor; 0 is written for none.
@@ -59,7 +59,7 @@ class Messages(Reader):
                     message.lines.append(_CHECKSUM.sub(r"\1", line) if line[0] in "$!" else line)
                     message.numbers.append(number)
         definitions = _Definitions.of(kinds)
-        others = {k: v for k, v in kinds.items() if k not in (FORMAT, UNITS_OF, UNIT, FACTOR)}
+        others = {k: v for k, v in kinds.items() if k not in DEFINING}
         return [
             part
             for name, message in others.items()
