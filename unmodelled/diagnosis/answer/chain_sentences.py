@@ -19,8 +19,6 @@ from unmodelled.systems.units import parse_unit
 Role = Literal["spread", "delay", "lag", "gain", "zero", "other"]
 #: Units of ratios, which are said in percent.
 RATIOS = ("", "1", "-")
-#: Share from which on a law removes more than it leaves.
-HALF = 0.5
 #: Share of a delay that all channels have, within which they have it alike: no window ends at one instant.
 ROUNDING = 0.05
 #: Words for parameters that lose power, by a unit of their dimension.
