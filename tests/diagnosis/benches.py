@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,7 @@ class Bench:
     supply: float | tuple[float, ...] = 1.0  # gain of the torque, of all runs or one for each
     dead_zone: float = 0.0  # of the torque, N m
     limit: float = np.inf  # of the torque, N m
+    lag: float = 0.0  # behind which the torque acts, s; before a run there is none
     noise: float = 2e-4  # of the angle, rad
     gain: float = 1.0
     delay: int = 0  # of the sensor, in samples
@@ -78,11 +80,21 @@ def _measured(bench: Bench) -> tuple[Array, Array, Array]:
     phase, rate = rng.uniform(0.0, 6.0, bench.runs), np.linspace(3.0, 9.0, bench.runs)
     u = 0.7 * np.sin(rate * t[:, None] + phase) + 0.3 * np.sin(2.3 * rate * t[:, None])
     start = np.stack([rng.uniform(-0.8, 0.8, bench.runs), *np.zeros((2, bench.runs))])
-    theta = motion(bench.rates, start, u, PERIOD)[:, 0]
+    theta = motion(bench.rates, start, lagged(u, bench.lag), PERIOD)[:, 0]
     noise = bench.noise * rng.standard_normal((bench.samples, bench.runs))
     shown = bench.gain * theta[: bench.samples] + noise
     shown[bench.samples // 3 :] -= bench.missed
     return t[: bench.samples], shown, u[bench.delay :]
+
+
+def lagged(u: Array, lag: float) -> Array:
+    """Inputs (samples, runs), straight between samples, behind a lag that starts at zero."""
+    found, last = np.zeros_like(u), np.zeros(u.shape[1])
+    for k, (before, after) in enumerate(pairwise(u), start=1):
+        behind = lag * (after - before) / PERIOD  # of a ramp, in the end
+        last = after - behind + (last - before + behind) * np.exp(-PERIOD / lag) if lag else after
+        found[k] = last
+    return found if lag else u
 
 
 def exact(system: System) -> System:

@@ -13,6 +13,7 @@ from unmodelled.diagnosis.columns.columns import Columns
 from unmodelled.diagnosis.columns.path import Path as WindowPath
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.judge.residual import Residual
 from unmodelled.logs.measurements import Continued
 
 bench = shared_study(Bench(friction=0.0, samples=300))
@@ -66,3 +67,16 @@ def test_states_of_a_record_that_goes_on_start_where_they_were(bench: Study) -> 
     alone = hidden_starts(bench)
     assert np.any(alone) and not np.array_equal(columns, alone)
     assert np.count_nonzero(columns) < 0.5 * np.count_nonzero(alone)
+
+
+def test_a_lag_may_start_anywhere_where_a_record_begins(tmp_path: Path) -> None:
+    """A log begins with the command, an actuator at rest: the lag is right, and its starts are found."""
+    found = study(tmp_path, Bench(friction=0.0, lag=10.0 * PERIOD))
+    hypothesis = Hypothesis.known(found).plus(effect("actuator_lag"), TORQUE)
+    fitted = FittedHypothesis.of(hypothesis, found.recording, [{"T_u": 5.0 * PERIOD}])
+    assert fitted.fit.values["T_u"] == pytest.approx(10.0 * PERIOD, rel=0.03)
+    assert np.sqrt(Residual.of(fitted).square) == pytest.approx([1.0], abs=0.1)
+    recording, starts = fitted.recording, fitted.fit.start[:, -1]
+    begun = recording.start == recording.logs.offsets[recording.owner]
+    assert starts[begun] == pytest.approx(-recording.logs.u[recording.start[begun], 0], abs=0.05)
+    assert not starts[~begun].any()

@@ -307,6 +307,9 @@ def test_where_the_best_law_leaves_noise_no_form_that_leaves_more_is_like_it(rub
     less = replace(plain, nats=nats, overall=nats, removed=0.9 * best.removed, square=20.0 * best.square)
     found = best_class([best, less])
     assert found is not None and found.members == (best,)
+    likelier = replace(less, score=replace(less.score, price=less.score.price - 1.0))
+    found = best_class([best, likelier])  # evidence and predictions disagree: the logs do not tell
+    assert found is not None and found.members == (best, likelier)
 
 
 def test_the_plainest_form_of_a_class_is_of_its_kind_and_place(rubs: dict[str, Refit]) -> None:
@@ -319,6 +322,18 @@ def test_the_plainest_form_of_a_class_is_of_its_kind_and_place(rubs: dict[str, R
     again = found.plainest
     assert again.plainest is again
     assert LawClass((flexible, other), np.ones(2)).plainest.speaker is flexible
+
+
+def test_a_fit_beside_a_law_is_integrated_as_finely_as_it_needs(rubbing: Base) -> None:
+    """Beside a law that leaves noise, steps that were short enough for the error of the base are too long."""
+    parent = Parent.of(rubbing)
+    row = max(scan(parent.around), key=lambda row: row.nats)
+    law = refit(parent, row)
+    assert law is not None
+    coarse = replace(parent, base=replace(rubbing, substeps=1)).beside(law)
+    assert coarse.fitted.fit.substeps == coarse.base.substeps
+    assert coarse.base.needed(coarse.fitted) == 1 or coarse.base.substeps > 1
+    assert coarse.square == pytest.approx(parent.beside(law).square, rel=0.05)
 
 
 def test_a_flexible_law_gives_way_to_its_plainest_form_beside_a_further_one(

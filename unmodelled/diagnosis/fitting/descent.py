@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.arrays import Array
-from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.floor import start_spread
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
@@ -93,7 +93,7 @@ def begin(
     share: float = CONVERGED_SHARE,
 ) -> list[Descent]:
     """Return fits that start at the measured initial states, from vectors (entries,)."""
-    sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
+    sigma = start_spread(unknowns.simulation, unknowns.numbers(starts[0][None]), substeps)
     errors = Errors(unknowns, sigma, substeps)
     return [Descent(errors, z, np.zeros_like(sigma), share) for z in starts]
 

@@ -29,6 +29,24 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
     return np.asarray(sigma)
 
 
+def start_spread(simulation: Simulation, values: Array, substeps: int = 1) -> Array:
+    """Return how far starts may be off, (windows, measured states and hidden ones), SI.
+
+    A state that no output shows is integrated from the start of its record, where nobody knows it: it may be
+    off by as much as it varies, in the window that begins there.
+    """
+    recording, shown = simulation.recording, start_noise(simulation, values)
+    if not simulation.hidden:
+        return shown
+    logs, owner = recording.logs, recording.owner
+    begun = recording.start == logs.offsets[owner]
+    if logs.continues:
+        begun &= np.array([before is None for before in logs.continues])[owner]
+    with np.errstate(all="ignore"):
+        spread = np.nan_to_num(simulation.hidden_starts(values, substeps)[:, 0].std(axis=0), posinf=0.0)
+    return np.concatenate([shown, begun[:, None] * spread], axis=1)
+
+
 def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
     """Return the noise floor: the gap that remains if `values` (experiments or 1, 1, numbers) are the truth.
 

@@ -13,7 +13,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
 from unmodelled.diagnosis.fitting.fit import ParameterFit, fit_parameters
-from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.floor import start_spread
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
@@ -202,11 +202,11 @@ class FittedHypothesis:
         return unknowns.vector(self.fit.every)
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
-        """Return corrections of the initial states and their noise, each (windows, measured states)."""
+        """Return corrections of the initial states and their noise, each (windows, free states)."""
         order = np.argsort(self.recording.start)
         rows = order[np.searchsorted(self.recording.start[order], recording.start)]
-        sigma = start_noise(self.hypothesis.simulation(recording), self.fit.numbers)
-        return self.fit.start[rows] / sigma, sigma
+        sigma = start_spread(self.hypothesis.simulation(recording), self.fit.numbers, self.fit.substeps)
+        return np.divide(self.fit.start[rows], sigma, out=np.zeros_like(sigma), where=sigma > 0.0), sigma
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:

@@ -130,10 +130,10 @@ class Simulation:
         p = everywhere[:, :, : len(self.system.parameters)]
         x0 = np.empty((len(record.start), sets, len(self.system.states)))
         x0[:, :, self.measured] = tables.x[tables.member].swapaxes(0, 1)
-        if moved is not None:
-            x0[:, :, self.measured] += moved
         if self.hidden:
             x0[:, :, self.hidden] = self.hidden_starts(everywhere, substeps)
+        if moved is not None:
+            x0[:, :, [*self.measured, *self.hidden][: moved.shape[2]]] += moved
         if self._beside is not None:
             unread, at = np.zeros(len(self.system.inputs)), record.owner
             beside = self._beside.evaluate(np.zeros(1), x0, unread, p[at], self.c[at][:, None])

@@ -40,6 +40,7 @@ class Base:
     physics: FittedHypothesis  # without the chain
     residual: Residual
     tau: float  # correlation time by which priors of a fit are tightened, samples
+    substeps: int  # integration steps per sample of further fits
 
     @property
     def recording(self) -> Recording:
@@ -53,7 +54,12 @@ class Base:
 
     def fit(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
         """Fit a hypothesis to the same windows."""
-        return _fit(hypothesis, self.recording, start, self.fitted.fit.substeps)
+        return _fit(hypothesis, self.recording, start, self.substeps)
+
+    def needed(self, fitted: FittedHypothesis) -> int:
+        """Return the integration steps per sample that are short enough beside the error of a fit."""
+        simulation = fitted.hypothesis.simulation(self.recording)
+        return max(self.substeps, substeps_needed(simulation, fitted.fit.numbers, of_error=OF_ERROR)[0])
 
     def improved(self, larger: FittedHypothesis) -> Base | None:
         """Return the base fitted from the numbers of a larger hypothesis, None where that is no better.
@@ -61,14 +67,11 @@ class Base:
         What a law makes up for by leading a fit out of a poor optimum is no evidence for the law. Integration
         steps that are short enough beside the error of the base may be too long beside that of a law.
         """
-        simulation = larger.hypothesis.simulation(self.recording)
-        substeps = substeps_needed(simulation, larger.fit.numbers, of_error=OF_ERROR)[0]
-        finer = substeps > self.fitted.fit.substeps
-        steps = max(substeps, self.fitted.fit.substeps)
+        steps = self.needed(larger)
         fitted = _fit(self.fitted.hypothesis, self.recording, larger.fit.every, steps)
-        if not finer and fitted.fit.loss > (1.0 - BETTER) * self.fitted.fit.loss:
+        if steps == self.substeps and fitted.fit.loss > (1.0 - BETTER) * self.fitted.fit.loss:
             return None
-        return replace(self, fitted=fitted, residual=Residual.of(fitted))
+        return replace(self, fitted=fitted, residual=Residual.of(fitted), substeps=steps)
 
     def matters(self, residual: Residual) -> bool:
         """Return whether a residual is above the noise of the sensors and a share of the motion."""
@@ -115,7 +118,7 @@ def _base(study: Study, begun: FittedHypothesis, shorter: Start | None) -> Base:
     while unusual := unusual_parts(chained, tau):
         without += unusual
         chained = _chained(physics, tau, shorter, without)
-    return Base(chained, physics, Residual.of(chained), tau)
+    return Base(chained, physics, Residual.of(chained), tau, substeps)
 
 
 def _chained(

@@ -67,8 +67,8 @@ def best_class(
     The best one, by its evidence over all lengths, must stand; what explains a share and cannot be told from
     it needs no evidence of its own.
     The speaker has the fewest numbers of those that explain as much; of as many, the most evidence. Forms of
-    the best law that explain less, and the others, follow by their evidence, of the variants of a law at a
-    place the plainest alone.
+    the best law that explain less, laws that predict new experiments better, and the others, follow by their
+    evidence, of the variants of a law at a place the plainest alone.
     """
     order = sorted((one for one in found if one.nats > 0.0 and large(one)), key=lambda one: -one.overall)
     best = next((one for one in order if one.nats >= BAR), None)
@@ -77,8 +77,8 @@ def best_class(
     as_good = [
         one for one in order if best.overall - one.overall <= NEAR_NATS or _leaves_as_little(one, best)
     ]
-    forms = [one for one in order if one not in as_good and _is_form(one, best)]
-    near = [one for own in (as_good, forms) for one in sorted(own, key=lambda one: one.row.atom.numbers)]
+    beside = [one for one in order if one not in as_good and (_is_form(one, best) or _predicts(one, best))]
+    near = [one for own in (as_good, beside) for one in sorted(own, key=lambda one: one.row.atom.numbers)]
     plainest: dict[str, Refit] = {}
     for one in near:
         plainest.setdefault(one.row.name, one)
@@ -97,6 +97,11 @@ def _leaves_as_little(one: Refit, best: Refit) -> bool:
 def leaves_as_little(square: Array, best: Array) -> bool:
     """Return whether squares (rows, outputs) are at most `NEAR_SQUARE` times the best ones, in every row."""
     return bool(np.exp(np.log(square / best).mean(axis=1).max()) <= NEAR_SQUARE)
+
+
+def _predicts(one: Refit, best: Refit) -> bool:
+    """Whether a law predicts experiments that are left out better than the one with the most evidence."""
+    return float(one.log_scores.sum()) > float(best.log_scores.sum())
 
 
 def _is_form(one: Refit, best: Refit) -> bool:

@@ -98,9 +98,17 @@ class Elimination:
             for u, yes in zip(numbers, known, strict=True)
         ]
         ids, values = [self.columns.path.recording.logs.ids[i] for i in self.runs], self.fitted.fit.own
-        at = [[values[u.name][i] / u.scale for u in numbers] + [0.0] * hidden for i in ids]
+        at = np.array([[values[u.name][i] / u.scale for u in numbers] for i in ids]).reshape(len(ids), -1)
         unit = np.array(size + [1.0] * hidden)
-        return unit, np.array(at).reshape(len(ids), len(unit)), np.array(known + [False] * hidden, np.bool_)
+        return unit, np.hstack([at, self._begun]), np.array(known + [False] * hidden, np.bool_)
+
+    @cached_property
+    def _begun(self) -> Array:
+        """How far hidden states start from where they are expected, (experiments, hidden), as they vary."""
+        path = self.columns.path
+        starts = self._sums(self.fitted.fit.start[:, len(path.measured) :])
+        spread = path.x[..., path.hidden].std(axis=(0, 1))
+        return np.asarray(np.divide(starts, spread, out=np.zeros_like(starts), where=spread > 0.0))
 
     @cached_property
     def _by_run(self) -> Array:

@@ -12,7 +12,7 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.judge.base import NOISES, Base
+from unmodelled.diagnosis.judge.base import BETTER, NOISES, Base
 from unmodelled.diagnosis.judge.chain import with_priors
 from unmodelled.diagnosis.judge.elimination import OPEN
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
@@ -25,6 +25,8 @@ from unmodelled.effects.added import Added
 #: Laws of different kinds or places that are refitted at a length; at the place that wins so many of the
 #: plainest and so many of the best ones, too, and one of every family of the kind that wins.
 REFITS, SIBLINGS = 6, 2
+#: Times as many integration steps that are tried at once.
+FINER = 4
 #: Share of a linear step from which a law is fitted that cannot be fitted from the whole step.
 SMALLER = 0.1
 #: Faults of a fit that leaves the range of a law: such a law is no answer.
@@ -72,10 +74,28 @@ class Parent:
         return cls(base, base.fitted, base.residual, around, around.squares)
 
     def beside(self, law: Refit) -> Parent:
-        """Return the fit with one law more."""
+        """Return the fit with one law more, integrated as finely as it needs.
+
+        Steps that are short enough beside the error of the base may be too long beside what a law leaves: dry
+        friction is then rounded to what they can follow.
+        """
         around = Linearised.of(law.fitted, self.base.tau)
         square = around.squares * self.square / law.square
-        return Parent(self.base, law.fitted, law.residual, around, square)
+        found = Parent(self.base, law.fitted, law.residual, around, square)
+        while found.base.needed(found.fitted) > found.base.substeps:
+            finer = found._finer(FINER * found.base.substeps)
+            if not finer.fitted.fit.loss < (1.0 - BETTER) * found.fitted.fit.loss:
+                break
+            found = finer
+        return found
+
+    def _finer(self, substeps: int) -> Parent:
+        """The fit with shorter integration steps."""
+        base = replace(self.base, substeps=substeps)
+        fitted = base.fit(self.fitted.hypothesis, self.fitted.fit.every)
+        square = self.square / Linearised.of(fitted, base.tau, self.weights).squares
+        around = Linearised.of(fitted, base.tau)
+        return Parent(base, fitted, Residual.of(fitted), around, around.squares * square)
 
 
 @dataclass(frozen=True, eq=False)
