@@ -24,14 +24,6 @@ HORIZON = 0.1
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
 #: What is not known of the pendulum with friction.
 B, MGL, F_C = Unknown("b", 0.0, 0.1, 0.03), Unknown("mgl", 0.2, 5.0, 0.9), Unknown("F_c", 0.0, 1.0, 0.05)
-#: A bench with one fault, its family and its place, by name.
-ONE_FAULT = {
-    "friction": (Bench(samples=400), "coulomb_friction", JOINT),
-    "dead zone": (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
-    "gain": (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
-    # a delay of the only input is the same thing
-    "delay": (Bench(samples=400, friction=0.0, delay=8), "input_delay", TORQUE),
-}
 
 
 def study(folder: Path, bench: Bench, *changes: tuple[str, str]) -> Study:
