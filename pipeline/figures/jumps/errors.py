@@ -31,14 +31,13 @@ from pipeline.figures.jumps.tables import (
 from pipeline.figures.palette import nothing, plain_log
 from pipeline.figures.settings import LABELS, MM
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, Look, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, Look, new_figure
 
 #: A negative F-dagger of the measured run says jump; it stands beside the models.
 FORCE = "f_dagger"
 FORCE_LOOK = Look("sign of $F^†$", "#777777", "*")
 
 
-@styled
 def error_quartiles(data: Path) -> Figure:
     """Mean squared error (MSE) of the predicted detachment for every model, over the training data.
 
@@ -52,7 +51,6 @@ def error_quartiles(data: Path) -> Figure:
     return _score_figure(table(data, "runs"), {"MSE of a run (mm²)": _quartiles}, LOOKS, 4.8)
 
 
-@styled
 def errors_by_label(data: Path) -> Figure:
     """Error of jump runs and of contact runs, and share of the runs whose label is predicted correctly.
 
@@ -192,7 +190,6 @@ LOWEST = 0.01
 MISTAKEN = {"contact": ("false alarm", "^"), "jump": ("missed jump", "v")}
 
 
-@styled
 def mean_maxima(data: Path) -> Figure:
     """Predicted against measured mean largest detachment (mm) of runs with an unseen stroke H or rise β.
 
@@ -262,7 +259,6 @@ def _compare(axes: Axes, runs: pd.DataFrame, look: Look) -> list[int]:
 BARS = 31
 
 
-@styled
 def without_settings(data: Path) -> Figure:
     """Change of the MSE of jump runs when the networks are not given the settings m, H and β.
 
