@@ -1,13 +1,15 @@
 """Studies of pendulums whose faults are known, and fits of them."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.result import JudgedModel
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -29,6 +31,12 @@ B, MGL, F_C = Unknown("b", 0.0, 0.1, 0.03), Unknown("mgl", 0.2, 5.0, 0.9), Unkno
 def study(folder: Path, bench: Bench, *changes: tuple[str, str]) -> Study:
     """Of what the bench logs, by somebody who knows `benches.TEXT` with changes."""
     return Study.of(*bench.recorded(folder, *changes), HORIZON, 0)
+
+
+@cache
+def diagnosed(folder: Path, bench: Bench) -> Diagnosis:
+    """The diagnosis of what the bench logs, made once a folder."""
+    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, 1)
 
 
 def shared_study(bench: Bench, *changes: tuple[str, str]) -> Callable[[pytest.TempPathFactory], Study]:
