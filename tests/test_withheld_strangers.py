@@ -3,9 +3,8 @@
 import json
 import os
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -16,6 +15,7 @@ from benchmarks.withheld.entrant import Entrant
 from benchmarks.withheld.measured import real
 from benchmarks.withheld.table import main as write_tables
 from benchmarks.withheld.table import read_rows
+from tests.edits import edits
 from tests.test_withheld_bench import case, given, rates_of
 from unmodelled.base.errors import BadInput
 
@@ -61,21 +61,6 @@ def test_a_bad_answer_is_one_line(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(BadInput, match=said) as fault:
         scored.read_answer(path)
     assert str(fault.value).startswith(f"{path}: ") and "\n" not in str(fault.value)
-
-
-#: What an entry of an answer is not.
-WRONG: tuple[Any, ...] = (None, "x\x1b[31m", -1, 1e99, 1e308, [], {}, True, [1], {"a": 1}, [None, None])
-
-
-def edits(content: Any) -> Iterator[Any]:
-    """The content with every entry removed, and replaced by each of `WRONG`."""
-    if isinstance(content, dict):
-        for key, value in content.items():
-            yield {k: v for k, v in content.items() if k != key}
-            yield from ({**content, key: new} for new in (*WRONG, *edits(value)))
-    if isinstance(content, list):
-        for k, value in enumerate(content):
-            yield from ([*content[:k], new, *content[k + 1 :]] for new in (*WRONG, *edits(value)))
 
 
 def test_an_edited_answer_is_scored_or_refused_in_one_line(tmp_path: Path) -> None:

@@ -84,8 +84,6 @@ class Agreement:
 
     shares: Array  # (runs,), correlation of the inputs' shares in every run
     trajectories: Array  # (runs,), correlation of Phi at all inputs and steps of every run
-    all_shares: float  # over all runs together
-    all_trajectories: float  # over all runs together
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
@@ -96,14 +94,7 @@ def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) ->
     pairs = [*zip(found, reference, strict=True)]
     shares = [_rank_correlation(a.magnitudes, b.magnitudes) for a, b in pairs]
     trajectories = [_rank_correlation(a.phi.ravel(), b.phi.ravel()) for a, b in pairs]
-    total, total_reference = (np.sum([a.magnitudes for a in side], axis=0) for side in (found, reference))
-    every, every_reference = (np.concatenate([a.phi.ravel() for a in side]) for side in (found, reference))
-    return Agreement(
-        np.array(shares),
-        np.array(trajectories),
-        _rank_correlation(total, total_reference),
-        _rank_correlation(every, every_reference),
-    )
+    return Agreement(np.array(shares), np.array(trajectories))
 
 
 def _check_names(attributions: Sequence[Attribution]) -> None:

@@ -14,10 +14,10 @@ def unwrapped(theta: Array) -> Array:
     return angle - TURN if angle[0] > np.pi else angle
 
 
-def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
+def full_revolutions(angle: Array) -> list[slice]:
     """Return the samples of the full revolutions of angle (n,), rad, without first and last one."""
     turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
-    edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
+    edges = np.searchsorted(turn, np.arange(1, turn[-1] + 1))
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 

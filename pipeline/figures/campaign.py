@@ -13,13 +13,12 @@ from pipeline.chapters.boundary import measured
 from pipeline.figures.examples import experiments_of, levels
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
 from pipeline.figures.settings import LABELS
-from unmodelled.report.figures.style import BLACK, new_figure, styled
+from unmodelled.report.figures.style import BLACK, new_figure
 
 #: Trajectories are cut to this many samples before a recurrent network learns from them (section 5.4.2).
 TRUNCATION = 4000
 
 
-@styled
 def label_map(data: Path) -> Figure:
     """Contact, follower jump or stall at every voltage and follower mass, in a panel for every cam.
 
@@ -40,7 +39,6 @@ def label_map(data: Path) -> Figure:
     return figure
 
 
-@styled
 def sequence_lengths(data: Path) -> Figure:
     """Lengths of the measured sequences, in samples at the logged rate.
 
@@ -82,7 +80,6 @@ def sequence_lengths(data: Path) -> Figure:
     return figure
 
 
-@styled
 def bifurcation_map(data: Path) -> Figure:
     """Largest detachment per revolution as a share of the stroke, and the measured boundary Q of the jumps.
 

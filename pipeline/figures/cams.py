@@ -24,7 +24,6 @@ from unmodelled.report.figures.style import (
     absent,
     new_figure,
     shades,
-    styled,
     thin,
 )
 
@@ -34,7 +33,6 @@ def _around(radius: Array, phi: Array) -> tuple[Array, Array]:
     return MM * radius * np.sin(phi), MM * radius * np.cos(phi)
 
 
-@styled
 def cam_shapes(data: Path) -> Figure:
     """The cams of the campaign, each fixed by its stroke H and the angle beta of its rise.
 
@@ -59,7 +57,6 @@ def cam_shapes(data: Path) -> Figure:
     return figure
 
 
-@styled
 def displacement_functions(data: Path) -> Figure:
     """Theoretical displacement of a knife-edge follower over one revolution of each cam, equation 5.1.
 
@@ -82,7 +79,6 @@ def displacement_functions(data: Path) -> Figure:
     return figure
 
 
-@styled
 def pitch_curve(data: Path) -> Figure:
     """The pitch curve is the path of the roller's centre around the cam, shown for the most extreme cam.
 
@@ -127,7 +123,6 @@ def _roller(cam: Cam, x: float, y: float, first: bool) -> Circle:
     )
 
 
-@styled
 def pitch_curve_against_measurement(data: Path) -> Figure:
     """Measured position of a follower in contact against the theoretical displacement and the pitch curve.
 

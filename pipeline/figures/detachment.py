@@ -18,12 +18,11 @@ from pipeline.figures.palette import nothing
 from pipeline.figures.panels import boundary_line, cells, finish_map, map_grid
 from pipeline.figures.settings import LABELS, MM, setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, absent, new_figure, signed, styled
+from unmodelled.report.figures.style import BLACK, absent, new_figure, signed
 
 FORCE = "$F^†$ (N)"
 
 
-@styled
 def force_examples(data: Path) -> Figure:
     """Force F† that would keep contact, and detachment, of a contact run and of a jump run.
 
@@ -65,7 +64,6 @@ def _force(axes: Axes, log: dict[str, Array], colour: str) -> None:
     axes.tick_params(labelleft=True)  # the panel beside it may be empty
 
 
-@styled
 def minimal_force_of_two_runs(data: Path) -> Figure:
     """The force F† of a nominal and of a bouncing run, with the smallest value of each.
 
@@ -94,7 +92,6 @@ def minimal_force_of_two_runs(data: Path) -> Figure:
     return figure
 
 
-@styled
 def mean_minimal_force_map(data: Path) -> Figure:
     """Mean over the revolutions of the smallest F† at every voltage and mass, in a panel for every cam.
 
@@ -121,7 +118,6 @@ def _zero(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*SETTING, "Q"]).dropna()
 
 
-@styled
 def force_against_detachment(data: Path) -> Figure:
     """Mean smallest force F† against mean largest detachment for all runs that turn.
 
@@ -167,7 +163,6 @@ def _scatter(axes: Axes, runs: pd.DataFrame, colour: str, name: str, ring: bool)
     )
 
 
-@styled
 def minimal_force_map(data: Path) -> Figure:
     """Minimal contact force of every run, and the measured boundary Q of the jumps, in a panel for every cam.
 

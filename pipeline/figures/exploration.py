@@ -17,7 +17,7 @@ from pipeline.figures.palette import by_share, handle, look, present, shares, sm
 from pipeline.figures.panels import STALL, edges, strokes_beside
 from pipeline.figures.settings import LABELS, in_pi, level
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, WIDTH, halo, new_figure, styled
+from unmodelled.report.figures.style import BLACK, WIDTH, halo, new_figure
 
 SETTING = ["H", "beta", "m"]
 
@@ -40,7 +40,6 @@ def _small_panel(axes: Axes, rises: Array) -> None:
     axes.grid(axis="y", linewidth=0.5)
 
 
-@styled
 def direct_extrapolation(data: Path) -> Figure:
     """Minimal contact force, measured and extrapolated over the settings without a model of the dynamics.
 
@@ -107,7 +106,6 @@ def _slice_lines(axes: Axes, lines: pd.DataFrame, fold: str, rises: Array) -> No
             axes.plot(rises, _line(chosen, rises), style, color=BLACK, linewidth=1.8, path_effects=halo(3.6))
 
 
-@styled
 def predicted_contact_force(data: Path) -> Figure:
     """Predicted against measured minimal contact force of the contact runs I2 to I10, trained on I1 alone.
 
@@ -155,7 +153,6 @@ def _scatter(axes: Axes, points: pd.DataFrame, colour: str, high: float) -> None
     axes.plot(above, np.full(len(above), 0.98 * high), "^", color=colour, markersize=3.5)
 
 
-@styled
 def boundary_repeats(data: Path) -> Figure:
     """Measured boundary Q against the boundary predicted by every repeat of the models trained on I1 alone.
 
@@ -194,7 +191,6 @@ def _finish(figure: Figure, column: Array, strokes: Array, handles: list[Line2D]
     figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(handles)), title=title)
 
 
-@styled
 def boundary_grid(data: Path) -> Figure:
     """Measured boundary Q of all cams and masses against the median prediction of models trained on I1 alone.
 
@@ -222,7 +218,6 @@ def boundary_grid(data: Path) -> Figure:
     return figure
 
 
-@styled
 def boundary_errors(data: Path) -> Figure:
     """Mean absolute error (MAE, V) of the predicted boundary Q, over the share of stable runs in the training
     data.

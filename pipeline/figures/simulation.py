@@ -15,7 +15,7 @@ from pipeline.figures.examples import read
 from pipeline.figures.palette import band, by_share, handle, look, nothing, plain_log, present, shares, table
 from pipeline.figures.settings import setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, new_figure, styled
+from unmodelled.report.figures.style import BLACK, new_figure
 
 MSE = "MSE of ω ((rad/s)²)"
 #: Numbers of hidden units that the chapter settles on.
@@ -28,7 +28,6 @@ def _split(rows: pd.DataFrame, split: str) -> pd.DataFrame:
     return rows[rows["split"] == split]
 
 
-@styled
 def hidden_units(data: Path) -> Figure:
     """Error of the simulated speed over the number of hidden units, trained on 30 % of the contact runs.
 
@@ -58,7 +57,6 @@ def hidden_units(data: Path) -> Figure:
     return figure
 
 
-@styled
 def simulation_drift(data: Path) -> Figure:
     """Simulated speed of three held-out runs over time and projected on the angle, against the measurement.
 
@@ -133,7 +131,6 @@ def _same_decades(panels: list[Axes]) -> None:
         axes.xaxis.set_minor_formatter(NullFormatter())
 
 
-@styled
 def interpolation_errors(data: Path) -> Figure:
     """Distribution of the simulation error over all contact runs, each held out once (5-fold interpolation).
 
@@ -160,7 +157,6 @@ def interpolation_errors(data: Path) -> Figure:
     return figure
 
 
-@styled
 def extrapolation_errors(data: Path) -> Figure:
     """Simulation error on the contact runs next to the boundary, over the share of stable runs trained on.
 

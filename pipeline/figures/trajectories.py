@@ -11,14 +11,13 @@ from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, read, varied
 from pipeline.figures.settings import LABELS, MM, angle_axis, level, setting
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, NEUTRAL, absent, new_figure, shades, styled, thin
+from unmodelled.report.figures.style import BLACK, GREY, NEUTRAL, absent, new_figure, shades, thin
 
 
 def _centre_title(experiments: pd.DataFrame) -> str:
     return "settings that are not listed: " + setting(pd.Series(centre(experiments)))
 
 
-@styled
 def detachment_over_time(data: Path) -> Figure:
     """Speed and detachment over time when one setting of the machine is changed and the others stay.
 
@@ -56,7 +55,6 @@ def _over_time(speed: Axes, gap: Axes, log: dict[str, Array], colour: tuple[floa
     gap.plot(log["t"][peaks], MM * log["eps"][peaks], ".", color=BLACK, markersize=6, zorder=5)
 
 
-@styled
 def detachment_over_angle(data: Path) -> Figure:
     """Detachment over the angle of the cam, all full revolutions of the same runs folded onto one.
 
@@ -87,7 +85,6 @@ def detachment_over_angle(data: Path) -> Figure:
     return figure
 
 
-@styled
 def example_trajectories(data: Path) -> Figure:
     """Angle, speed and acceleration after a start from standstill, for four settings of the machine.
 
@@ -115,7 +112,6 @@ def example_trajectories(data: Path) -> Figure:
     return figure
 
 
-@styled
 def nominal_and_bouncing_motion(data: Path) -> Figure:
     """Follower position and its distance from the cam for a nominal and for a bouncing run.
 

@@ -20,7 +20,6 @@ from unmodelled.report.figures.style import (
     Look,
     absent,
     new_figure,
-    styled,
 )
 
 MACHINES = {
@@ -54,7 +53,6 @@ def readable(name: str) -> str:
     return name.replace("_", " ")
 
 
-@styled
 def amplitude_detection(data: Path) -> Figure:
     """Share of single effects that are found, over their level.
 
@@ -90,7 +88,6 @@ def amplitude_detection(data: Path) -> Figure:
 NOTHING, RARE = ("unknown", "no_gap"), "check_logs"
 
 
-@styled
 def confusion_matrix(data: Path) -> Figure:
     """Family that the diagnosis names first, against the planted family.
 
@@ -130,7 +127,6 @@ def _numbers(axes: Axes, wide: pd.DataFrame, shares: pd.DataFrame) -> None:
             axes.text(j + 0.5, i + 0.5, f"{count:.0f}", ha="center", va="center", color=colour, fontsize=8)
 
 
-@styled
 def calibration_curve(data: Path) -> Figure:
     """Share of right answers over the stated confidence of the diagnosis.
 
@@ -159,7 +155,6 @@ def calibration_curve(data: Path) -> Figure:
 WITH_EFFECTS = ("single", "local", "pair")
 
 
-@styled
 def shrink_against_oracle(data: Path) -> Figure:
     """Shrink of the gap by the diagnosed effects, and by a network, against that by the planted effects.
 
@@ -209,7 +204,6 @@ def _cases(axes: Axes, rows: pd.DataFrame, column: str) -> None:
             )
 
 
-@styled
 def run_time(data: Path) -> Figure:
     """Time of a diagnosis on one core, by kind of planted effect.
 

@@ -62,10 +62,11 @@ def draw(
 
 
 def _draw(name: str, function: Callable[[Path], Figure], data: Path, out: Path) -> None:
-    from unmodelled.report.figures.style import save
+    from unmodelled.report.figures.style import save, style
 
     try:
-        figure = function(data)
+        with style():
+            figure = function(data)
     except BadInput as error:
         raise BadInput(f"{name}: {error}") from None
     save(figure, out)

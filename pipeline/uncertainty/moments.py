@@ -13,12 +13,10 @@ from unmodelled.uncertainty.density import GaussianDensity
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 
-def of_moments(
-    blocks: Iterable[Array], count: int, support: Array | None = None
-) -> GaussianDensity | MaximumEntropy:
+def of_moments(blocks: Iterable[Array], count: int) -> GaussianDensity | MaximumEntropy:
     """Return densities with the moments of samples (block, L) (figure 3.12), not of polynomial chaos."""
     mean, std, moments = sample_moments(blocks, count)
-    return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
+    return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments)
 
 
 def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, Array]:

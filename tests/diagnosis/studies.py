@@ -1,13 +1,15 @@
 """Studies of pendulums whose faults are known, and fits of them."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench
+from unmodelled.diagnosis.answer.diagnose import diagnose_gap
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.result import JudgedModel
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -24,19 +26,17 @@ HORIZON = 0.1
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
 #: What is not known of the pendulum with friction.
 B, MGL, F_C = Unknown("b", 0.0, 0.1, 0.03), Unknown("mgl", 0.2, 5.0, 0.9), Unknown("F_c", 0.0, 1.0, 0.05)
-#: A bench with one fault, its family and its place, by name.
-ONE_FAULT = {
-    "friction": (Bench(samples=400), "coulomb_friction", JOINT),
-    "dead zone": (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
-    "gain": (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
-    # a delay of the only input is the same thing
-    "delay": (Bench(samples=400, friction=0.0, delay=8), "input_delay", TORQUE),
-}
 
 
 def study(folder: Path, bench: Bench, *changes: tuple[str, str]) -> Study:
     """Of what the bench logs, by somebody who knows `benches.TEXT` with changes."""
     return Study.of(*bench.recorded(folder, *changes), HORIZON, 0)
+
+
+@cache
+def diagnosed(folder: Path, bench: Bench) -> Diagnosis:
+    """The diagnosis of what the bench logs, made once a folder."""
+    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, 1)
 
 
 def shared_study(bench: Bench, *changes: tuple[str, str]) -> Callable[[pytest.TempPathFactory], Study]:

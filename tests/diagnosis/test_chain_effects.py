@@ -1,29 +1,22 @@
 """Parts of the measurement chain that are effects: what makes most of a gap that matters."""
 
-from functools import cache
 from pathlib import Path
 
 import pytest
 
 from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import HORIZON
-from unmodelled.diagnosis.answer.diagnose import diagnose_gap
+from tests.diagnosis.studies import HORIZON, diagnosed
 from unmodelled.diagnosis.data.result import Diagnosis
 
 LATE = 5  # samples: within three priors of a delay
 TIMING = {"sensor_delay", "input_delay"}
 
 
-@cache
-def by_evidence(folder: Path, bench: Bench) -> Diagnosis:
-    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, 1)
-
-
 @pytest.fixture(scope="module")
 def late(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     """The answer where the sensor is late and nothing else is missing."""
     folder = tmp_path_factory.mktemp("late")
-    return by_evidence(folder, Bench(friction=0.0, delay=LATE, samples=400))
+    return diagnosed(folder, Bench(friction=0.0, delay=LATE, samples=400))
 
 
 def test_a_delay_that_makes_most_of_the_gap_is_an_effect_with_its_twins(late: Diagnosis) -> None:
@@ -46,13 +39,13 @@ def test_its_number_is_the_whole_delay_and_leaves_with_the_system(late: Diagnosi
 
 
 def test_the_answer_is_no_gap_where_the_delay_does_not_matter(tmp_path: Path) -> None:
-    found = by_evidence(tmp_path, Bench(friction=0.0, delay=1, samples=400, noise=4e-3))
+    found = diagnosed(tmp_path, Bench(friction=0.0, delay=1, samples=400, noise=4e-3))
     assert found.verdict == "no_gap" and not found.effects
 
 
 @pytest.mark.long
 def test_a_delay_is_an_effect_beside_a_law(tmp_path: Path) -> None:
-    found = by_evidence(tmp_path, Bench(delay=2 * LATE, samples=400))
+    found = diagnosed(tmp_path, Bench(delay=2 * LATE, samples=400))
     kinds = {effect.kind: effect for effect in found.effects}
     assert set(kinds) == {"dry friction", "timing"}
     assert [step.label for step in found.steps][-1] == f"with {kinds['timing'].added.family} at sensor:theta"

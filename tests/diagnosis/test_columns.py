@@ -9,6 +9,7 @@ import pytest
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import JOINT, effect, fitted, shared_study, study
 from unmodelled.diagnosis.columns.columns import Atom, Columns
+from unmodelled.diagnosis.columns.jacobians import Jacobians
 from unmodelled.diagnosis.columns.path import Path as FreeRun
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
@@ -87,8 +88,9 @@ def test_a_lag_hides_the_state_before_it(tmp_path: Path) -> None:
     lagging = fitted(known.plus(effect("sensor_lag"), sensor).plus(effect("sensor_gain"), sensor))
     path = FreeRun.of(lagging, lagging.recording)
     anywhere = replace(path, x=np.random.default_rng(0).normal(size=path.x.shape))
-    assert 0.0 < np.abs(anywhere.shown[:, :, 0, 0]).max() * path.recording.noise[0] < 1e-9
-    assert (anywhere.start_gain[0] == 1.0).all()
+    jacobians = Jacobians(anywhere)
+    assert 0.0 < np.abs(jacobians.shown[:, :, 0, 0]).max() * path.recording.noise[0] < 1e-9
+    assert (jacobians.start_gain[0] == 1.0).all()
 
 
 #: A column of experiments.csv with a level that holds for both kinds of runs.

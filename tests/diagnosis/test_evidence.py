@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +10,10 @@ import pytest
 
 from tests.commands import exit_code
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import HORIZON, study
+from tests.diagnosis.studies import HORIZON, diagnosed, study
 from tests.diagnosis.test_ports_between import damping_between, friction_of_the_load, logged
 from unmodelled.api.diagnosis import diagnose
 from unmodelled.api.simulation import simulate
-from unmodelled.diagnosis.answer.diagnose import diagnose_gap
-from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.judge.base import bases
 from unmodelled.diagnosis.judge.chain import chain_of
@@ -33,11 +30,6 @@ laws:
     numbers:
       F: {unit: N m, plausible: 0.1, low: 0}
 """
-
-
-@cache
-def by_evidence(folder: Path, bench: Bench) -> Diagnosis:
-    return diagnose_gap(*bench.recorded(folder), HORIZON, 0, 1)
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +83,7 @@ def test_the_written_file_has_the_numbers_and_nearly_the_gap_of_the_answer(answe
 
 @pytest.mark.long
 def test_nothing_is_named_where_nothing_is_missing(folder: Path) -> None:
-    found = by_evidence(folder / "null", replace(RUBBING, friction=0.0))
+    found = diagnosed(folder / "null", replace(RUBBING, friction=0.0))
     assert found.verdict == "no_gap" and not found.effects and found.remainder is None
     assert found.confidence > 0.5
     assert found.augmented.gap.value < 1.2 * found.floor

@@ -1,9 +1,19 @@
 """The made-up data of the CHAPTER that a file of tests has."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from unmodelled.report.figures.style import style
+
+
+@pytest.fixture(autouse=True)
+def _styled() -> Iterator[None]:
+    """As the stage `draw` calls figures."""
+    with style():
+        yield
 
 
 @pytest.fixture(scope="module")

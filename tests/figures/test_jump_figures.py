@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.jumps import contributions, errors, example, tables
+from pipeline.figures.jumps import contributions, errors, example, settings_worth, tables
 from tests.conftest import campaign_of
 from tests.figures.checks import Chapter, entries, write_tables
 from unmodelled.base.campaign import Campaign
@@ -192,7 +192,7 @@ def test_lines_are_the_quartiles_of_the_change(content: Content, folder: Path) -
     runs = content["runs"]
     jumps = runs[runs["label"] == "jump"].set_index(["split", "fold", "model", "exp"])["mse"].sort_index()
     change = jumps["scarce", "5%", "tau2_blind"] - jumps["uniform", "5%", "tau2"]
-    axes = errors.without_settings(folder).axes[1]
+    axes = settings_worth.without_settings(folder).axes[1]
     lines = [float(np.asarray(line.get_xdata())[0]) for line in axes.lines]
     assert lines == pytest.approx(change.quantile([0.25, 0.5, 0.75]).tolist())
     assert sum(bar.get_height() for bar in axes.patches) == len(change)  # type: ignore[attr-defined]

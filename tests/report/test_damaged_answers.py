@@ -1,33 +1,17 @@
 """An answer of a stranger: each of its entries of another type is refused, or read, printed and listed."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import unmodelled as um
+from tests.edits import edits
 from tests.report import case
 from unmodelled.base.answers import check_content
 from unmodelled.base.errors import BadInput
 
-#: What an entry is not.
-WRONG: tuple[Any, ...] = (
-    None,
-    "x",
-    "\x1b[31m",
-    -1,
-    0,
-    1e99,
-    1e308,
-    [],
-    {},
-    True,
-    [1],
-    {"a": 1},
-    [None, None],
-)
 COMMAND = "\x1b]0;pwn\x07"
 
 
@@ -97,17 +81,6 @@ def whole() -> dict[str, Any]:
         "refused": [{"file": "augmented_system.yaml", "reason": "J < 0", "keep": "crane.yaml"}],
         **{"laws": [law], "options": {"level": 0.9}, "sources": {"system": "crane.yaml", "logs": "logs"}},
     }
-
-
-def edits(content: Any) -> Iterator[Any]:
-    """The content without each of its entries, and with each of `WRONG` in place of it."""
-    if isinstance(content, dict):
-        for key, value in content.items():
-            yield {k: v for k, v in content.items() if k != key}
-            yield from ({**content, key: new} for new in (*WRONG, *edits(value)))
-    if isinstance(content, list):
-        for k, value in enumerate(content):
-            yield from ([*content[:k], new, *content[k + 1 :]] for new in (*WRONG, *edits(value)))
 
 
 def written(folder: Path, text: str) -> Path:

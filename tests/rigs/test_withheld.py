@@ -14,13 +14,14 @@ from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.carriages import Hoist
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.cranks import Pendulum, SliderCrank
+from pipeline.rigs.withheld.cranks import SliderCrank
 from pipeline.rigs.withheld.effects.effect import Plan, Plantable, Port
 from pipeline.rigs.withheld.effects.friction import Coulomb
 from pipeline.rigs.withheld.effects.loads import LooseInertia
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import EVERY, MACHINES
+from pipeline.rigs.withheld.pendulum import Pendulum
 from pipeline.rigs.withheld.stepping import move
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.fitting.free_runs import free_runs

@@ -24,9 +24,9 @@ from pipeline.rigs.withheld.chain.logger import (
 )
 from pipeline.rigs.withheld.chain.measuring import moved, shares
 from pipeline.rigs.withheld.chain.part import Readings
-from pipeline.rigs.withheld.cranks import Pendulum
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.machines import EVERY, FURTHER
+from pipeline.rigs.withheld.pendulum import Pendulum
 from tests.conftest import files_of
 from tests.rigs.test_withheld import short
 from unmodelled.base.errors import BadInput

@@ -45,8 +45,6 @@ class ClosedForm:
     coefficients: dict[str, float]  # by the text of the term, four significant digits; "1" is the constant
     terms: tuple[Term, ...]  # in the same order
     rmse: float  # difference to the network on the data, N
-    share: float  # `rmse` over the force's range; 0 for a constant force
-    cross_validated: float  # root mean square error of formulas of this length on held-out experiments, N
 
     def __call__(self, position: Array, velocity: Array) -> Array:
         """Return the force of the formula, of the shape to which the arguments broadcast."""
@@ -77,9 +75,7 @@ def closed_form(
     values = np.array([float(short_number(c)) for c in _fitted(terms, x, v, f)[0]])
     coefficients = {term.text(*names): float(c) for term, c in zip(terms, values, strict=True)}
     rmse = float(np.sqrt(np.mean((columns_of(terms, x, v) @ values - f) ** 2)))
-    share = rmse / float(np.ptp(f)) if np.ptp(f) else 0.0
-    cross_validated = float(np.sqrt(squares[:, size].mean()))
-    return ClosedForm(sum_text(coefficients), coefficients, terms, rmse, share, cross_validated)
+    return ClosedForm(sum_text(coefficients), coefficients, terms, rmse)
 
 
 def _check(arrays: dict[str, Array]) -> None:

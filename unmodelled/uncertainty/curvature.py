@@ -33,11 +33,6 @@ class Curvature:
     correlation: Array  # (k, k)
     flat: Array  # (directions, k), of length 1 in standard errors, that leave the log-likelihood unchanged
 
-    @property
-    def singular(self) -> bool:
-        """Whether a combination of the parameters leaves the log-likelihood unchanged."""
-        return len(self.flat) > 0
-
 
 def curvature(objective: Objective, bounds: Array, alpha: Array) -> Curvature:
     """Compute the curvature of a log-likelihood at an estimate (k,) by second differences.

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from unmodelled.base.arrays import Array, Indices, Mask
+from unmodelled.base.arrays import Array, Mask
 from unmodelled.uncertainty.density import Density
 
 #: Log-densities (B, L) of the data under a batch of parameters (B, n, 2).
@@ -43,11 +43,6 @@ class LogLikelihood:
     def total(self) -> Array:
         """Sums over the data, shape (...): log L of eq. (3.3)."""
         return np.asarray(self.each.sum(-1))
-
-    @property
-    def hits(self) -> Indices:
-        """Numbers of data at the lower limit, shape (...); to be reported with the total."""
-        return np.asarray(self.floored.sum(-1))
 
 
 def log_likelihoods(density: Density, y: Array, floor: Array | float = -np.inf) -> LogLikelihood:

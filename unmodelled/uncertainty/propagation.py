@@ -53,17 +53,11 @@ class ChaosMaximumEntropy:
     response: Response
     chaos: Chaos
     moments: int = 4  # number of them
-    #: (L, 2), intervals that can hold the outputs, such as `ResponseSurface.spans`.
-    support: Array | None = None
 
     def __call__(self, alpha: Array) -> MaximumEntropy:
         expansion = self.chaos.expand(alpha, evaluate_response(self.response, self.chaos.nodes(alpha)))
-        return MaximumEntropy.fit(
-            expansion.mean,
-            np.sqrt(expansion.variance),
-            expansion.standardised(self.moments),
-            self.support,
-        )
+        std, moments = np.sqrt(expansion.variance), expansion.standardised(self.moments)
+        return MaximumEntropy.fit(expansion.mean, std, moments)
 
 
 @final

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,8 @@ from unmodelled.base.arrays import Array
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.identify import Identification
+
+LEVEL = 0.95  # of the percentile intervals
 
 
 def replicate(
@@ -46,35 +47,9 @@ def replicate(
     return [job.result() for job in jobs]
 
 
-@dataclass(frozen=True)
-class EstimateScatter:
-    """Scatter of the estimates from many data sets."""
-
-    alphas: Array  # (R, k), one row per data set
-    mean: Array  # (k,)
-    std: Array  # (k,)
-    correlation: Array  # (k, k); zero with a parameter that never changes
-    at_bound: Array  # (k,), share of the data sets whose estimate lies on a bound
-    converged: float  # share of the searches that converged
-
-    def interval(self, level: float = 0.95) -> Array:
-        """Return percentile intervals (k, 2) of the estimates."""
-        if not 0.0 < level < 1.0:
-            raise BadInput(f"level must lie between 0 and 1, got {level:g}")
-        outside = 0.5 * (1.0 - level)
-        return np.asarray(np.quantile(self.alphas, [outside, 1.0 - outside], axis=0).T)
-
-
-def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
-    """Summarise the estimates from many data sets."""
+def estimate_intervals(found: Sequence[Identification]) -> Array:
+    """Return percentile intervals (k, 2) of the estimates from many data sets."""
     if len(found) < 2:
         raise BadInput(f"the scatter of estimates needs at least 2 data sets, got {len(found)}")
-    alphas = np.array([f.alpha for f in found])
-    mean, std = alphas.mean(0), alphas.std(0, ddof=1)
-    standard = (alphas - mean) / np.where(std > 0.0, std, 1.0)
-    correlation = standard.T @ standard / (len(alphas) - 1)
-    np.fill_diagonal(correlation, 1.0)
-    at_bound = np.mean([f.at_bound for f in found], axis=0)
-    return EstimateScatter(
-        alphas, mean, std, correlation, at_bound, float(np.mean([f.converged for f in found]))
-    )
+    outside = 0.5 * (1.0 - LEVEL)
+    return np.asarray(np.quantile([f.alpha for f in found], [outside, 1.0 - outside], axis=0).T)

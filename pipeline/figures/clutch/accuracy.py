@@ -29,14 +29,13 @@ from pipeline.figures.clutch.tables import (
     table,
 )
 from pipeline.figures.palette import WINE, listed_x, nothing, plain_log
-from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure
 
 #: Points whose names are shown.
 NAMED = 3
 CAMPAIGNS = {"clutch": "clutch", "clutch_sharp": "sharper clutch"}
 
 
-@styled
 def individual_likelihoods(data: Path) -> Figure:
     """Estimated log-likelihood of every operating point against the true one, at the optimum of each method.
 
@@ -71,7 +70,6 @@ def individual_likelihoods(data: Path) -> Figure:
     return figure
 
 
-@styled
 def mean_distances(data: Path) -> Figure:
     """Earth mover's distance (EMD, s) of the estimated densities to the true ones, mean over the operating
     points.
@@ -125,7 +123,6 @@ def _reductions(axes: Axes, accuracy: pd.DataFrame) -> None:
     axes.grid(axis="x", linewidth=0.5)
 
 
-@styled
 def sample_density(data: Path) -> Figure:
     """Error of the log-likelihoods over the number of simulations per operating point.
 
@@ -184,7 +181,6 @@ def _fixed(name: str, count: int | None) -> Line2D:
     return Line2D([], [], color=look.colour, linestyle="--", marker=look.marker, label=label)
 
 
-@styled
 def density_estimates(data: Path) -> Figure:
     """Densities of the shifting time by moment matching, and their distance to the true density.
 

@@ -21,7 +21,6 @@ from unmodelled.report.figures.style import (
     PURPLE,
     new_figure,
     shades,
-    styled,
     thin,
 )
 
@@ -30,7 +29,6 @@ ARROW = {"arrowstyle": "<->", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "linew
 WIDTHS = 8.0
 
 
-@styled
 def current_signals(data: Path) -> Figure:
     """Feedforward current of the valve: a pulse that fills the chamber, then a ramp that presses the plates.
 
@@ -90,7 +88,6 @@ def _annotated(axes: Axes, signal: pd.DataFrame, setting: pd.Series) -> None:
     axes.set_title("parameters of a profile")
 
 
-@styled
 def deterministic_times(data: Path) -> Figure:
     """Measured shifting times and those of the deterministic model, s, for all operating points.
 
@@ -121,7 +118,6 @@ BAR = 1e-5  # bar per Pa
 MEASURED: dict[str, Any] = {"color": "0.72", "linewidth": 4.0}
 
 
-@styled
 def filling(data: Path) -> Figure:
     """Pressure in the chamber, piston and pressure on the plates during an engagement.
 
@@ -185,7 +181,6 @@ def _transition(axes: Axes, run: pd.DataFrame, contact: float) -> None:
     axes.grid(linewidth=0.5)
 
 
-@styled
 def torques_and_speeds(data: Path) -> Figure:
     """Torques and speeds of an engagement, measured and simulated with the nominal parameters.
 

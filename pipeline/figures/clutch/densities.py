@@ -25,14 +25,13 @@ from pipeline.figures.clutch.tables import (
 )
 from pipeline.figures.palette import WINE
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import absent, new_figure, styled
+from unmodelled.report.figures.style import absent, new_figure
 
 #: Share of the width of the bounds that is shown around them.
 MARGIN = 0.04
 COLUMNS = ["mu_1", "mu_2", "sigma_1", "sigma_2"]
 
 
-@styled
 def propagated_uncertainty(data: Path) -> Figure:
     """Shifting time over the uncertain parameters, their joint density, and the resulting densities.
 
@@ -129,7 +128,6 @@ def _likelihood_text(data: Path, of: str, method: str | None) -> str:
     return text.replace("= -", "= −")
 
 
-@styled
 def gaussian_optimum(data: Path) -> Figure:
     """Densities of the shifting time of all operating points at the optimum of the Gaussian method.
 
@@ -140,7 +138,6 @@ def gaussian_optimum(data: Path) -> Figure:
     return _at_optimum(data, GAUSSIAN)
 
 
-@styled
 def maximum_entropy_optimum(data: Path) -> Figure:
     """Densities of the shifting time of all operating points at the optimum of the maximum entropy method
     with four moments.

@@ -12,14 +12,13 @@ from matplotlib.patches import Patch
 
 from pipeline.figures.clutch.tables import CHAOS, LOOKS, area_of, line_of, table
 from pipeline.figures.palette import INDIGO, listed_x
-from unmodelled.report.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades, styled
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades
 
 BINS = 10
 MARKERS = "osD^vP"
 REFERENCE = Line2D([], [], color=BLACK, linewidth=1.3, linestyle="--", label="reference")
 
 
-@styled
 def transformed_density(data: Path) -> Figure:
     """Transformation of a random variable ϑ into Y = y(1; ϑ) by a nonlinear function.
 
@@ -61,7 +60,6 @@ def transformed_density(data: Path) -> Figure:
     return figure
 
 
-@styled
 def chaos_moments(data: Path) -> Figure:
     """Coefficients of the Hermite chaos over the quadrature order q, and errors of the moments that follow.
 
@@ -118,7 +116,6 @@ def _gaps(axes: Axes, rows: pd.DataFrame, degrees: list[int]) -> None:
     axes.grid(axis="y", linewidth=0.5)
 
 
-@styled
 def fitted_densities(data: Path) -> Figure:
     """Gaussian and maximum entropy densities with the moments of polynomial chaos, and their distance to Y's.
 

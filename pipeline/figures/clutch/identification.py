@@ -27,40 +27,17 @@ from pipeline.figures.clutch.tables import (
 )
 from pipeline.figures.palette import INDIGO, WINE, nothing
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure
 
 NUMBERS = ("mu_1", "mu_2", "sigma_1", "sigma_2")
 CONFIDENCE = 0.95
 #: Deviance up to which profiles are shown, in thresholds.
 SHOWN = 2.0
 #: What is drawn on the profiles of pairs, and the colour where there is none.
-DRAWN: dict[str, Any] = {
-    "color": ORANGE,
-    "marker": "o",
-    "mec": BLACK,
-    "mew": 0.6,
-    "markersize": 5,
-    "linestyle": "",
-    "zorder": 3,
-    "clip_on": False,
-}
-OPTIMUM: dict[str, Any] = {
-    "color": "white",
-    "marker": "D",
-    "mec": BLACK,
-    "markersize": 7,
-    "linestyle": "",
-    "zorder": 4,
-    "clip_on": False,
-}
-TRUTH: dict[str, Any] = {
-    "color": GREEN,
-    "marker": "*",
-    "mec": "white",
-    "markersize": 15,
-    "linestyle": "",
-    "zorder": 5,
-}
+TRUTH: dict[str, Any] = {"marker": "*", "color": GREEN, "mec": "white", "ms": 15, "ls": "", "zorder": 5}
+_WHOLE: dict[str, Any] = {"ls": "", "clip_on": False}  # also at the edge of a panel
+DRAWN = {**_WHOLE, "marker": "o", "color": ORANGE, "mec": BLACK, "mew": 0.6, "ms": 5, "zorder": 3}
+OPTIMUM = {**_WHOLE, "marker": "D", "color": "white", "mec": BLACK, "ms": 7, "zorder": 4}
 UNKNOWN = "0.9"
 
 
@@ -70,7 +47,6 @@ def _truth(data: Path) -> dict[str, float]:
     return dict(zip(NUMBERS, known.get("planted", ()), strict=False)) if known.get("truth") else {}
 
 
-@styled
 def profile_likelihoods(data: Path) -> Figure:
     """Profile likelihood of every parameter of the distribution, by the exact push-forward.
 
@@ -123,7 +99,6 @@ def _profile(axes: Axes, curve: pd.DataFrame, estimate: pd.Series) -> None:
     axes.plot(curve["value"], curve["deviance"], "o-", color=INDIGO, markersize=3.5, linewidth=2.0)
 
 
-@styled
 def profile_pairs(data: Path) -> Figure:
     """Profile likelihood of every two numbers of the distribution, and estimates from data sets drawn again.
 
@@ -173,7 +148,6 @@ def _pair(axes: Axes, rows: pd.DataFrame) -> ContourSet:
     return mesh
 
 
-@styled
 def estimates_of_data_sets(data: Path) -> Figure:
     """Parameters of the distribution by three methods, from the observed and from newly drawn data sets.
 

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, table
 from pipeline.figures.palette import nothing
 from pipeline.figures.settings import MM
-from unmodelled.report.figures.style import BLACK, GREY, halo, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, halo, new_figure
 
 #: Methods on the same few runs.
 METHODS: dict[str, dict[str, Any]] = {
@@ -32,7 +32,6 @@ KINDS = {"shares": "of the shares", "trajectories": "over time"}
 MARK: dict[str, Any] = {"color": BLACK, "mec": BLACK, "linestyle": "", "markersize": 5.5, "zorder": 4}
 
 
-@styled
 def relative_contributions(data: Path) -> Figure:
     """Share of every input in all contributions to predicted jumps (%), by DeepSHAP and by exact Shapley
     values.
@@ -99,7 +98,6 @@ def _marks(axes: Axes, exact: pd.DataFrame, rows: list[str]) -> None:
             axes.plot(100.0 * size / max(sizes.sum(), 1e-300), rows.index(str(name)), **MARK, **style)
 
 
-@styled
 def agreement_with_exact(data: Path) -> Figure:
     """Contributions by DeepSHAP against exact Shapley values, by run and by input.
 
@@ -167,7 +165,6 @@ def _correlations(axes: Axes, agreement: pd.DataFrame, names: list[str]) -> None
     axes.grid(axis="y", linewidth=0.5)
 
 
-@styled
 def contributions_by_value(data: Path) -> Figure:
     """Contribution Φ of every input to the predicted detachment, mm, coloured by the value of the input.
 

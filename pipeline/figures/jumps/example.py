@@ -30,7 +30,7 @@ from pipeline.figures.jumps.tables import (
 from pipeline.figures.palette import nothing
 from pipeline.figures.settings import MM
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, new_figure
 
 PERIOD = 0.01  # s, of the steps that are explained
 ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal
@@ -42,7 +42,6 @@ def shown_run(phi: pd.DataFrame) -> int | None:
     return int(exps[len(exps) // 2]) if exps else None
 
 
-@styled
 def jump_with_inputs(data: Path) -> Figure:
     """A jump run outside the training data: displacement, predicted detachment, and inputs of the networks.
 
@@ -102,7 +101,6 @@ def _lanes(axes: Axes, log: Mapping[str, Array], names: list[str]) -> None:
     axes.set(xlabel="time (s)", ylim=(0.9 - ROOM * len(names), 1.2), ylabel="normalised inputs (-)")
 
 
-@styled
 def contributions_over_time(data: Path) -> Figure:
     """Contributions Φ (mm) of every input to the predicted detachment over time, for the jump run of Fig.
     5.21.
@@ -153,7 +151,6 @@ def _stack(axes: Axes, phi: pd.DataFrame) -> None:
 COLUMNS = {"networks": FEATURE_SETS, "with a simulation of impacts": SIMULATED}
 
 
-@styled
 def predicted_detachment(data: Path) -> Figure:
     """Measured and predicted detachment (mm) over time, of runs outside the training data, one row per run.
 

@@ -13,14 +13,13 @@ from matplotlib.figure import Figure
 from pipeline.figures.palette import INDIGO
 from pipeline.figures.settings import MM
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, natural, table
-from unmodelled.report.figures.style import GREY, new_figure, styled, thin
+from unmodelled.report.figures.style import GREY, new_figure, thin
 
 TURN = 2.0 * np.pi
 #: Viridis without its lightest end, which is lost on white.
 SPEEDS = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)), "speeds")
 
 
-@styled
 def spring_characteristic(data: Path) -> Figure:
     """Force of the compression spring (N) over the position d of the slider.
 
@@ -43,7 +42,6 @@ def spring_characteristic(data: Path) -> Figure:
     return figure
 
 
-@styled
 def torque_signals(data: Path) -> Figure:
     """Torques that drive the crank (N m), chosen by hand to excite it in different ways.
 
@@ -73,7 +71,6 @@ def torque_signals(data: Path) -> Figure:
     return figure
 
 
-@styled
 def collected_data(data: Path) -> Figure:
     """Measured trajectories: angle and speed of the crank over time, and the states that the slider visits.
 

@@ -15,14 +15,13 @@ from pipeline.figures.palette import INDIGO
 from pipeline.figures.settings import MM
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, halo, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, halo, new_figure, thin
 
 POSITION, SPEED = "slider's position d (mm)", "slider's speed v (m/s)"
 STAGES = {"initial": "a) before training", "converged": "b) after training"}
 FORCES = "RdBu_r"
 
 
-@styled
 def network_surface(data: Path) -> Figure:
     """Force of one model's network over position and speed of the slider, before and after training.
 
@@ -57,7 +56,6 @@ def network_surface(data: Path) -> Figure:
     return figure
 
 
-@styled
 def learned_force(data: Path) -> Figure:
     """Force of the trained network on its training data, mean of the models of all folds.
 
@@ -84,7 +82,6 @@ def learned_force(data: Path) -> Figure:
     return figure
 
 
-@styled
 def split_force(data: Path) -> Figure:
     """Forces of a conservative and of a dissipative network, on the training data with and without the
     spring.
@@ -183,7 +180,6 @@ def _handles(truth: bool) -> list[Line2D]:
     return [Line2D([], [], color=BLACK, linestyle="--", linewidth=2.0, label="spring $F_s$"), *marks]
 
 
-@styled
 def closed_form(data: Path) -> Figure:
     """Load on the slider by the network, and a short formula fitted to it.
 

@@ -20,12 +20,11 @@ from pipeline.figures.slider_crank.tables import (
     signal_name,
     table,
 )
-from unmodelled.report.figures.style import BLACK, ORANGE, absent, new_figure, shades, styled, thin
+from unmodelled.report.figures.style import BLACK, ORANGE, absent, new_figure, shades, thin
 
 Colour = str | tuple[float, float, float, float]
 
 
-@styled
 def horizon_length(data: Path) -> Figure:
     """Influence of the horizon N of the training on the accuracy of free runs, and on the time it takes.
 
@@ -109,7 +108,6 @@ def _time_over_horizon(axes: Axes, timing: pd.DataFrame) -> None:
     axes.legend(loc="upper left")
 
 
-@styled
 def multistep_prediction(data: Path) -> Figure:
     """Free run of a test signal by models trained over different horizons N, and how the error grows.
 

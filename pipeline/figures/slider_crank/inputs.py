@@ -25,13 +25,12 @@ from pipeline.figures.slider_crank.tables import (
     signal_name,
     table,
 )
-from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, absent, new_figure, thin
 
 #: Trajectories in the figure on the region of operations.
 FASTEST = 3
 
 
-@styled
 def network_inputs(data: Path) -> Figure:
     """Accuracy of free runs on test signals for different inputs q of the network; below, models without one.
 
@@ -107,7 +106,6 @@ def _handles(others: bool) -> list[Line2D]:
     return [MEASURED, *lines, bar, mean]
 
 
-@styled
 def region_of_operations(data: Path) -> Figure:
     """The fastest test signals, predicted from slow training data alone and from data around them.
 

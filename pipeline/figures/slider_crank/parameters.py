@@ -21,7 +21,6 @@ from unmodelled.report.figures.style import (
     halo,
     new_figure,
     signed,
-    styled,
 )
 
 #: Sets of parameters that are identified together, and the one with two that depend on each other.
@@ -29,7 +28,6 @@ SETS = {"m3_J1_Bm": ("m3", "J1", "B_m"), "l1_J1_Bm": ("l1", "J1", "B_m")}
 AMBIGUOUS, PAIR = "l1_m3_J1_Bm", ("l1", "m3")
 
 
-@styled
 def convergence(data: Path) -> Figure:
     """Physical parameters during the training of network and parameters together, for two sets of parameters.
 
@@ -56,7 +54,6 @@ def convergence(data: Path) -> Figure:
     return figure
 
 
-@styled
 def ambiguous_pair(data: Path) -> Figure:
     """Crank length and slider mass during the training, when both are identified together with the network.
 
@@ -123,7 +120,6 @@ LARGEST = 100.0
 KINDS = {"unknown load": ORANGE, "identified in some set": INDIGO, "taken as known": GREY}
 
 
-@styled
 def sensitivities(data: Path) -> Figure:
     """Local sensitivity of the crank's acceleration to the unknown load F and to the physical parameters.
 
@@ -162,7 +158,6 @@ def _symbol(name: str, about: pd.DataFrame) -> str:
     return str(about.loc[name, "symbol"]) if name in about.index else f"${name}$"
 
 
-@styled
 def correlations(data: Path) -> Figure:
     """Correlation of the sensitivities of load and parameters, and how collinear sets of them are.
 

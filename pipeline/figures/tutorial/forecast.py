@@ -12,12 +12,11 @@ from matplotlib.patches import Patch
 
 from pipeline.figures.tutorial.tables import LOOKS, line, table
 from unmodelled.base.arrays import Array
-from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, thin
 
 ANGLE, SPEED, TIME = "angle θ (rad)", "angular velocity ω (rad/s)", "time t (s)"
 
 
-@styled
 def physics_forecast(data: Path) -> Figure:
     """Free runs of the pendulum by known physics alone: never exact, but robust beyond the explored states.
 
@@ -30,7 +29,6 @@ def physics_forecast(data: Path) -> Figure:
     return _forecast(data, "physics")
 
 
-@styled
 def black_box_forecast(data: Path) -> Figure:
     """Free runs of the pendulum by a black-box network: accurate in explored states, wrong beyond them.
 
@@ -43,7 +41,6 @@ def black_box_forecast(data: Path) -> Figure:
     return _forecast(data, "black_box")
 
 
-@styled
 def hybrid_forecast(data: Path) -> Figure:
     """Free runs of the pendulum by a hybrid model: known physics, and a network for the torque that it omits.
 

@@ -23,12 +23,11 @@ from pipeline.figures.tutorial.tables import (
     table,
 )
 from unmodelled.base.arrays import Array, Mask
-from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, SKY, new_figure, styled
+from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, SKY, new_figure
 
 PHYSICS = LOOKS["physics"].colour
 
 
-@styled
 def physical_parameters(data: Path) -> Figure:
     """Two physical parameters, identified from the measured efficiency of a DC motor at constant voltage.
 
@@ -62,7 +61,6 @@ def physical_parameters(data: Path) -> Figure:
     return figure
 
 
-@styled
 def network_beyond_the_data(data: Path) -> Figure:
     """Networks fitted to the same efficiency: accurate at measured currents, wrong at the others.
 
@@ -107,7 +105,6 @@ def _errors(
     axes.set_title(f"where {name}: networks {network:.3f}, physics {physics:.3f}")
 
 
-@styled
 def flexibility(data: Path) -> Figure:
     """Efficiency by networks with too few, too many and a suitable number of neurons, and their errors.
 

@@ -2,12 +2,13 @@
 
 from pipeline.rigs.withheld.balances import Cell, Column, Hotplate, Vessel, Winding
 from pipeline.rigs.withheld.carriages import BeltAxis, Hoist
-from pipeline.rigs.withheld.cranks import CamDrive, Pendulum, SliderCrank
+from pipeline.rigs.withheld.cranks import CamDrive, SliderCrank
 from pipeline.rigs.withheld.further.axes import BallScrew, HydraulicCylinder, Magnet, MassChain
 from pipeline.rigs.withheld.further.levels import BuckConverter, CoupledTanks, HeatedBlock, ServoValve
 from pipeline.rigs.withheld.further.shafts import CoupledDrive, RotaryServo, ThrustStand
 from pipeline.rigs.withheld.further.swinging import BallBeam, CartPendulum, RotaryPendulum, TwoLinkArm
 from pipeline.rigs.withheld.machine import Machine
+from pipeline.rigs.withheld.pendulum import Pendulum
 
 MACHINES: tuple[Machine, ...] = (SliderCrank(), CamDrive(), Hoist(), BeltAxis(), Pendulum())
 #: Machines without inertia, which have cases of their own.

@@ -10,9 +10,9 @@ from itertools import product
 import numpy as np
 
 from unmodelled.base.arrays import Array, Mask
+from unmodelled.diagnosis.columns.jacobians import Jacobians
 from unmodelled.diagnosis.columns.local_laws import LocalLaws
 from unmodelled.diagnosis.columns.path import Path
-from unmodelled.diagnosis.columns.propagation import propagate
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
 from unmodelled.effects.delay import Delay
@@ -71,45 +71,27 @@ class Columns:
 
     path: Path
 
+    @cached_property
+    def jacobians(self) -> Jacobians:
+        """Return the Jacobians along the path."""
+        return Jacobians(self.path)
+
     def at(self, place: Place, forcing: Array) -> Array:
         """Return columns (judged windows, K, outputs, N) of forcings (windows, 2 K + 1, N), SI, at a place.
 
         Columns are in units of the sensor noise.
         """
-        path = self.path
-        B, D = path.by(Place(place.kind, place.name))
+        path, slopes = self.path, self.jacobians.by(Place(place.kind, place.name))
         forcing = np.ascontiguousarray(forcing)
         start = np.zeros((*path.x[:, 0].shape, forcing.shape[2]))
         if path.measured:
             # a fault of an output also changes the states that are read from it
-            gain, output, slope = path.start_gain
-            shown = D[:, 0, output] * path.recording.noise[output] / gain
+            gain, output, slope = self.jacobians.start_gain
+            shown = slopes[1][:, 0, output] * path.recording.noise[output] / gain
             rate = (forcing[:, 2] - forcing[:, 0]) / path.period
             change = np.where(slope[:, None], rate[:, None], forcing[:, :1])
             start[:, path.measured] = -shown[..., None] * change
-        return self._propagated(B, D, forcing, start)
-
-    def _propagated(self, B: Array, D: Array, forcing: Array, start: Array) -> Array:
-        path = self.path
-        found: Array = propagate(
-            *path.transitions,
-            B,
-            path.shown,
-            D,
-            forcing,
-            start,
-            path.recording.steps,
-            path.judged,
-            *path.chain,
-            path.period,
-        )
-        return found
-
-    def _started(self, start: Array) -> Array:
-        """Columns of changes of the initial states (windows, states, N)."""
-        path = self.path
-        none = np.zeros(path.x.shape), np.zeros(path.shown.shape[:3])
-        return self._propagated(*none, np.zeros((*path.t.shape, start.shape[2])), start)
+        return self.jacobians.propagated(slopes, forcing, start)
 
     @cached_property
     def starts(self) -> Array:
@@ -117,7 +99,7 @@ class Columns:
         path, many = self.path, len(self.path.measured)
         start = np.zeros((*path.x[:, 0].shape, many))
         start[:, path.measured] = path.sigma[:, :, None] * np.eye(many)
-        return self._started(start)
+        return self.jacobians.started(start)
 
     @cached_property
     def open(self) -> Group:
@@ -142,7 +124,7 @@ class Columns:
             return self._parameter(unknown.name, unknown.scale)
         inputs = {item.name for item in self.path.system.inputs}
         place = Place("actuator" if late in inputs else "sensor", late)
-        return self.at(place, self._delayed(place, np.array([unknown.scale])))
+        return self.at(place, self.laws.delayed(place, np.array([unknown.scale])))
 
     def _parameter(self, name: str, scale: float) -> Array:
         return self.at(Place("parameter", name), np.full((*self.path.t.shape, 1), scale))
@@ -184,7 +166,7 @@ class Columns:
         for k in path.hidden:
             start = np.zeros((*path.x[:, 0].shape, 1))
             start[begun, k] = np.std(path.x[..., k])
-            yield self._started(start), 1.0, None
+            yield self.jacobians.started(start), 1.0, None
 
     @property
     def _uncertain(self) -> set[str]:
@@ -270,27 +252,7 @@ class Columns:
         late = [d for d in grid if d < 0.5 * study.horizon or d == grid[0]][:MOST_SHAPES]
         one = np.ones(1)
         atoms = [Atom(effect, place, {"delay": d}, one, np.ones(1, bool), 1) for d in late]
-        return atoms, self.at(place, self._delayed(place, np.array(late)))
-
-    def _delayed(self, place: Place, delays: Array) -> Array:
-        """Changes (windows, 2 K + 1, delays) of an input or output by delays, s."""
-        path, record, logs = self.path, self.path.recording, self.path.recording.logs
-        if place.kind == "actuator":
-            j = [item.name for item in path.system.inputs].index(place.name)
-            series, now = path.log_u[:, j], path.u[..., j]
-        else:
-            # the simulated output; before a window starts, that of the window before
-            (output,) = (o.expression for o in path.system.outputs if o.name == place.name)
-            now = path.evaluate([output])[..., 0]
-            series = path.evaluate([output], log=True)[:, 0]
-            rows = record.start[:, None] + np.arange(1, now.shape[1] // 2 + 1)
-            series[rows[record.counted]] = now[:, 2::2][record.counted]
-        found, half = np.empty((*now.shape, len(delays))), np.arange(now.shape[1]) / 2.0
-        for w, (start, run) in enumerate(zip(record.start, record.owner, strict=True)):
-            low, high = logs.offsets[run], logs.offsets[run + 1]
-            at = (start - low) + half[:, None] - delays / path.period
-            found[w] = np.interp(at, np.arange(high - low), series[low:high])
-        return found - now[..., None]
+        return atoms, self.at(place, self.laws.delayed(place, np.array(late)))
 
 
 def _prior(unknown: Unknown) -> float:

@@ -114,3 +114,23 @@ class LocalLaws:
         z = free_run(memory, asked, everywhere, c, x0, Integration(path.period, "rk4", 2, 1.0))
         run = np.searchsorted(runs, record.owner)
         return np.nan_to_num(z[run, :, record.start - logs.offsets[record.owner]])
+
+    def delayed(self, place: Place, delays: Array) -> Array:
+        """Return the changes (windows, 2 K + 1, delays) of an input or output by delays, s."""
+        path, record, logs = self.path, self.path.recording, self.path.recording.logs
+        if place.kind == "actuator":
+            j = [item.name for item in path.system.inputs].index(place.name)
+            series, now = path.log_u[:, j], path.u[..., j]
+        else:
+            # the simulated output; before a window starts, that of the window before
+            (output,) = (o.expression for o in path.system.outputs if o.name == place.name)
+            now = path.evaluate([output])[..., 0]
+            series = path.evaluate([output], log=True)[:, 0]
+            rows = record.start[:, None] + np.arange(1, now.shape[1] // 2 + 1)
+            series[rows[record.counted]] = now[:, 2::2][record.counted]
+        found, half = np.empty((*now.shape, len(delays))), np.arange(now.shape[1]) / 2.0
+        for w, (start, run) in enumerate(zip(record.start, record.owner, strict=True)):
+            low, high = logs.offsets[run], logs.offsets[run + 1]
+            at = (start - low) + half[:, None] - delays / path.period
+            found[w] = np.interp(at, np.arange(high - low), series[low:high])
+        return found - now[..., None]

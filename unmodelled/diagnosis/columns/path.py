@@ -1,35 +1,25 @@
-"""The known physics simulated once over all windows, with its Jacobians along the way (Bock 1987).
-
-Everything that could be wrong changes the errors of the windows in proportion to its size, as long as it is
-small. The factors follow from one simulation: dx' = A dx + B r, dy = C dx + D r.
-"""
+"""The known physics simulated once over all windows: states, inputs and errors along the way."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import sympy as sp
 
 from unmodelled.base.arrays import Array, Indices, Mask
-from unmodelled.diagnosis.columns import propagation
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.residuals import spread, weights
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-from unmodelled.effects.place import Place
-from unmodelled.engine.machine.program import Equations, Program, assembled
+from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import EVERY
 from unmodelled.logs.readings import Reading
-from unmodelled.systems.model import System, symbol
-from unmodelled.systems.sticking import STEP_LENGTH, held
-
-#: Step of a central difference, as a share of the largest value: a smoothed corner is a thousandth of it.
-STEP = 1e-6
+from unmodelled.systems.model import System
 
 
 class _StateRuns(Simulation):
@@ -70,7 +60,6 @@ class Path:
     step: float  # length of an integration step, s
     log_x: Array  # states at all samples, as the sensors show them, (samples, states), SI
     log_u: Array  # inputs at all samples, (samples, inputs), SI
-    _by: dict[Place, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, fitted: FittedHypothesis, recording: Recording, most: int | None = None) -> Path:
@@ -175,80 +164,6 @@ class Path:
         return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
     @cached_property
-    def _program(self) -> Program:
-        """Integrated rates, and outputs, of states, inputs with efforts beside known laws, and parameters."""
-        s = self.system
-        beside = {symbol(p.effort): symbol(p.effort) + p.law for p in s.ports if p.law is not None}
-        step = {STEP_LENGTH: sp.Float(self.step)}
-        rates = (f.xreplace(step) for f in held(s.x, s.closed))
-        shown = [*rates, *(o.expression.xreplace(beside) for o in s.outputs)]
-        return assembled(Equations(s.x, (*s.u, *s.e), s.p, s.c, [], shown, {}, s.tables))
-
-    def _slope(self, group: int, k: int, size: float) -> Array:
-        """Central differences (windows, 2 K + 1, rates and outputs) by a state, input or parameter."""
-        none = np.zeros((*self.t.shape, len(self.system.ports)))
-        arguments = [self.x, np.concatenate([self.u, none], axis=2), self.values[self.owner][:, None]]
-        ends = []
-        for sign in (1.0, -1.0):
-            moved = list(arguments)
-            moved[group] = arguments[group].copy()
-            moved[group][..., k] += sign * STEP * size
-            x, u, p = moved
-            ends.append(self._program.evaluate(self.t, x, u, p, self.c[self.owner][:, None]))
-        with np.errstate(all="ignore"):  # both ends of a pole are infinite
-            slope = (ends[0] - ends[1]) / (2.0 * STEP * size)
-        return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
-
-    @cached_property
-    def _by_states(self) -> Array:
-        """Derivatives (windows, 2 K + 1, rates and outputs, states)."""
-        sizes = [float(np.abs(x).max()) or 1.0 for x in np.moveaxis(self.x, 2, 0)]
-        return np.stack([self._slope(0, k, size) for k, size in enumerate(sizes)], axis=3)
-
-    @cached_property
-    def transitions(self) -> tuple[Array, Array]:
-        """Return the transitions, shape (windows, K, states, states), of a sample and of its second half."""
-        A = np.ascontiguousarray(self._by_states[:, :, : len(self.system.states)])
-        whole, second = propagation.transitions(A, self.period)
-        return whole, second
-
-    @cached_property
-    def shown(self) -> Array:
-        """Return the derivatives (windows, K + 1, outputs, states) of outputs, in sensor noise, by states."""
-        found = self._by_states[:, ::2, len(self.system.states) :]
-        return np.ascontiguousarray(found / self.recording.noise[:, None])
-
-    def by(self, place: Place) -> tuple[Array, Array]:
-        """Return slopes of rates (windows, 2 K + 1, states) and outputs (windows, K + 1, outputs)."""
-        if place not in self._by:
-            self._by[place] = self._derived(place)
-        return self._by[place]
-
-    def _derived(self, place: Place) -> tuple[Array, Array]:
-        s, noise = self.system, self.recording.noise
-        windows, half = self.t.shape
-        if place.kind == "sensor":
-            direct = np.zeros((windows, half // 2 + 1, len(noise)))
-            output = [o.name for o in s.outputs].index(place.name)
-            direct[..., output] = 1.0 / noise[output]
-            return np.zeros((windows, half, len(s.states))), direct
-        found = self._slope(*self._argument(place))
-        rates, outputs = np.split(found, [len(s.states)], axis=2)
-        return np.ascontiguousarray(rates), np.ascontiguousarray(outputs[:, ::2] / noise)
-
-    def _argument(self, place: Place) -> tuple[int, int, float]:
-        """Group of arguments, number in it and size of the quantity at a place."""
-        s, scales = self.system, self.hypothesis.study.scales
-        if place.kind == "port":
-            number = [p.name for p in s.ports].index(place.name)
-            return 1, len(s.inputs) + number, scales.effort.get(place.name, 0.0) or 1.0
-        if place.kind == "actuator":
-            number = [item.name for item in s.inputs].index(place.name)
-            return 1, number, float(np.abs(self.u[..., number]).max()) or 1.0
-        number = [p.name for p in s.parameters].index(place.name)
-        return 2, number, float(np.abs(self.values[:, number]).max()) or 1.0
-
-    @cached_property
     def chain(self) -> tuple[Indices, Mask, Mask]:
         """Return windows (windows,) in the order of time, which go on with the last, and hidden states."""
         start, steps = self.recording.start, self.recording.steps
@@ -256,18 +171,6 @@ class Path:
         chained, last, this = np.zeros(len(order), bool), order[:-1], order[1:]
         chained[this] = (self.owner[this] == self.owner[last]) & (start[this] == start[last] + steps[last])
         return order, chained, np.isin(np.arange(self.x.shape[2]), self.hidden)
-
-    @cached_property
-    def start_gain(self) -> tuple[Array, Indices, Mask]:
-        """Return gains (windows, measured states) of measured states, outputs, and which are rates."""
-        C = self.shown[:, 0] * self.recording.noise[:, None]
-        shown = {r.output: r.state for r in self.readings if not r.slope}
-        output = np.array([r.output for r in self.readings])
-        state = np.array([shown.get(r.output, r.state) for r in self.readings])
-        # behind a lag, the state itself is not shown: such a difference is round-off
-        gain, size = C[:, output, state], np.abs(self.x[..., state]).max(axis=(0, 1))
-        none = np.abs(gain) * size <= STEP * self.recording.scale[output]
-        return np.where(none, 1.0, gain), output, np.array([bool(r.slope) for r in self.readings])
 
 
 def _errors(runs: _StateRuns, fitted: FittedHypothesis, start: Array | None) -> tuple[Array, Mask]:

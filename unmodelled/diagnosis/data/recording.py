@@ -65,11 +65,6 @@ class Recording:
         """Return every experiment as one window, from its first state to its end; `latest` in s."""
         return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
 
-    def among(self, runs: Sequence[int]) -> Recording:
-        """Return the windows of some of the experiments."""
-        mine = np.isin(self.owner, runs)
-        return replace(self, runs=tuple(runs), start=self.start[mine], steps=self.steps[mine])
-
     def begun(self, share: float) -> Recording:
         """Return the windows that start in the first part of their experiment."""
         since = self.start - self.logs.offsets[self.owner]

@@ -37,7 +37,6 @@ class ParameterFit:
     start: Array  # corrections of the measured initial states, (windows, measured states), SI
     gap: Deviation  # from the measured initial states, as the contract defines the gap
     left: Deviation  # from the corrected initial states
-    scale: Array  # robust standard deviation of the remaining errors, (outputs,), in units of the outputs
     loss: float
     simulations: int  # simulated parameter sets
     substeps: int  # integration steps per sample
@@ -122,7 +121,7 @@ def _result(descent: Descent, simulations: int) -> ParameterFit:
     simulation, recording = unknowns.simulation, unknowns.simulation.recording
     around = errors(*errors.around(descent.z, descent.moved))
     r = around[:, 0]
-    normal, scale = descent.normal(r, errors.slopes(descent.z, around))
+    normal, _ = descent.normal(r, errors.slopes(descent.z, around))
     numbers, unit = unknowns.numbers(descent.z[None]), recording.noise / recording.scale
     ids = [recording.logs.ids[i] for i in sorted(recording.runs)]
     values = unknowns.values(descent.z)
@@ -139,7 +138,6 @@ def _result(descent: Descent, simulations: int) -> ParameterFit:
         start=descent.moved * errors.sigma,
         gap=gap(simulation, numbers, errors.substeps),
         left=Deviation.of(recording, (r * unit) ** 2),
-        scale=scale * recording.noise,
         loss=descent.loss,
         simulations=simulations + errors.simulations + 1,
         substeps=errors.substeps,

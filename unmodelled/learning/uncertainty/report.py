@@ -19,7 +19,7 @@ from unmodelled.uncertainty.identify import Identification
 from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.profile import PairProfile, Profiles, profile_pair
-from unmodelled.uncertainty.replicate import summarise_estimates
+from unmodelled.uncertainty.replicate import estimate_intervals
 
 Found = Mapping[str, Identification]
 SCHEMA = "uncertainty/1"
@@ -60,7 +60,7 @@ def estimates(
     for method in METHODS:
         exact = method == PUSH_FORWARD
         alpha = profiles.alpha if exact else found[method].alpha
-        ends = np.hstack([limits, summarise_estimates(again).interval()]) if exact else nothing
+        ends = np.hstack([limits, estimate_intervals(again)]) if exact else nothing
         for k, name in enumerate(names):
             rows.append((method, name, alpha[k], found[method].at_bound[k], *ends[k]))
     columns = ["method", "name", "value", "at_bound", "low", "high", "bootstrap_low", "bootstrap_high"]
