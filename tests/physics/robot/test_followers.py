@@ -241,6 +241,54 @@ def test_a_last_link_without_mass_stands_still(tmp_path: Path) -> None:
     assert compiled(slider(tool=beside), "slider.urdf").massless == ()
 
 
+def test_a_file_that_names_a_last_link_without_mass_is_read(tmp_path: Path) -> None:
+    """All joints of an arm are logged, though the file of the robot knows no mass of the last link."""
+    more = "inputs: {tau_x: {}, tau_swing: {}, tau_grip: {column: i3}}\noutputs: {q_x: {}, q_grip: {}}\n"
+    more += "parameters: {grip_armature: {value: 0.1}}\nports: {grip: {law: 0.1*qd_grip}}\n"
+    system = system_of(tmp_path, slider(), more, "slider.urdf")
+    assert [each.name for each in system.inputs] == ["tau_x", "tau_swing"]
+    assert [each.name for each in system.outputs] == ["q_x"] and system.port_names == ("x", "swing")
+    (note,) = [note for note in system.notes if "not used" in note]
+    names = "inputs.tau_grip, outputs.q_grip, parameters.grip_armature, ports.grip"
+    assert note.endswith(f"{names}: not used, because its joint stands still")
+
+
+def test_another_input_of_the_name_of_a_joint_that_stands_still_stays(tmp_path: Path) -> None:
+    more = "inputs: {tau_x: {}, tau_grip: {unit: N m}}\nsignals: {drive_swing: 0.5*tau_grip}\n"
+    system = system_of(tmp_path, slider(), more, "slider.urdf")
+    assert [each.name for each in system.inputs] == ["tau_x", "tau_grip"]
+
+
+#: A hand of two fingers that no gear connects, on the wrist of the crane.
+FINGERED = CRANE.replace(
+    "</robot>",
+    link("f", 0.1)
+    + link("g", 0.1)
+    + joint("left", "prismatic", ("d", "f"), "0 1 0")
+    + joint("right", "prismatic", ("d", "g"), "0 -1 0")
+    + "</robot>",
+)
+
+
+def test_fingers_that_a_file_does_not_name_stand_still(tmp_path: Path) -> None:
+    """Neither inputs nor outputs name them; a joint on the way to one that is named moves."""
+    more = "inputs: {tau_lower: {}, tau_wrist: {}}\noutputs: {q_lower: {}, q_wrist: {}}\n"
+    system = system_of(tmp_path, FINGERED, more, "crane.urdf")
+    assert system.robot is not None and system.robot.locked == {"left": 0.0, "right": 0.0}
+    (note,) = [note for note in system.notes if "are in no input and no output" in note]
+    assert "left, right are" in note
+    with pytest.raises(BadInput, match="the input 'tau_lower' of the robot is missing"):
+        system_of(
+            tmp_path, FINGERED, more.replace("tau_lower: {}, ", "").replace("q_lower: {}, ", ""), "crane.urdf"
+        )
+
+
+def test_a_servo_that_a_file_does_not_name_stands_still(tmp_path: Path) -> None:
+    tool = FINGERS.replace("<equality>", "<!-- <equality>").replace("</equality>", "</equality> -->")
+    system = system_of(tmp_path, tool, "inputs: {u_m: {}}\noutputs: {q_l: {}}\n")
+    assert system.port_names == ("l",) and any("r are in no input" in note for note in system.notes)
+
+
 def test_a_rod_without_inertia_of_its_own_is_a_mass_on_a_string(tmp_path: Path) -> None:
     """A point mass m at length l below a carriage M: closed form of the crane."""
     system = system_of(tmp_path, slider(), "", "slider.urdf")
