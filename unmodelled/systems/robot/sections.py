@@ -101,7 +101,8 @@ class _Sections:
         file = self.sections["model"].text()
         notes = [*self.robot.notes, *notes]
         rates = {name: str(text) for name, text in own["dynamics"].items()}
-        return sections, RobotModel(file, self.text, locked, functions, tuple(notes), rates)
+        numbers = {p.name: (p.element, p.quantity) for p in self.parameters}
+        return sections, RobotModel(file, self.text, locked, functions, tuple(notes), rates, numbers)
 
     @cached_property
     def tree(self) -> Tree:
