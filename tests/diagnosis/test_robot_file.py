@@ -17,6 +17,7 @@ from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.diagnosis.answer import diagnose as story
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
+from unmodelled.diagnosis.answer.said_numbers import phrase
 from unmodelled.diagnosis.answer.sentences import robot_sentences
 from unmodelled.diagnosis.answer.take_home import take_home
 from unmodelled.diagnosis.data.recording import Recording
@@ -278,3 +279,28 @@ def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytes
     notes = read_json(saved(broken, tmp_path, monkeypatch) / "diagnosis.json")["notes"]
     (note,) = (n for n in notes if "not patched" in n)
     assert note.startswith("rod.xml was not patched: rod.xml: MuJoCo: ") and "\n" not in note
+
+
+@pytest.mark.parametrize(
+    ("number", "off", "words"),
+    [
+        ("rod_mass", 0.022, "link rod is 22 g heavier than the 0.8 kg of the robot file"),
+        ("rod_mass", -0.022, "link rod is 22 g lighter than the 0.8 kg of the robot file"),
+        (
+            "rod_com_z",
+            -0.0125,
+            "centre of mass of link rod is 12.5 mm further along -z than in the robot file",
+        ),
+        ("rod_inertia_scale", 0.5, "moments of inertia of link rod are 1.5 times those of the robot file"),
+        ("pin_armature", 0.001, "pin_armature = 0.003 kg m² instead of 0.002 kg m²"),
+    ],
+)
+def test_a_wrong_number_of_the_file_is_said_in_words(
+    tmp_path: Path, number: str, off: float, words: str
+) -> None:
+    system_file = write_rod(tmp_path)
+    system_file.write_text(f"{system_file.read_text()}parameters: {{{number}: {{}}}}\n")
+    system, logs = read_case(tmp_path)
+    said = Said("parameter_error", Place("parameter", number), {f"{number}_error": off})
+    (found,) = told(system, prepare(system, logs), said).effects
+    assert phrase(found, ()).replace("\xa0", " ").replace("−", "-") == words

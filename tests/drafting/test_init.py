@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -458,7 +458,7 @@ def leg(folder: Path, more: str = "") -> Path:
     return folder / "leg.xml"
 
 
-def arm_logs(folder: Path, names: tuple[str, str], header: bool = True) -> Path:
+def arm_logs(folder: Path, names: Sequence[str], header: bool = True) -> Path:
     """Two joints, of which the second has a drive that its acceleration does not show."""
     a, b = LOGS[0], LOGS[1]
     noise = np.random.default_rng(0).standard_normal(len(a["t"]))
@@ -474,7 +474,9 @@ def test_a_robot_file_is_the_known_physics(tmp_path: Path) -> None:
     robot, out = leg(tmp_path), tmp_path / "draft"
     init(arm_logs(tmp_path / "raw", ("hip", "knee")), robot, None, out)
     text = (out / "system.yaml").read_text()
-    assert "locked: {toe: 0}  # Question" in text and (out / "leg.xml").read_text() == robot.read_text()
+    assert (
+        "  toe: 0  # Question: no column shows" in text and (out / "leg.xml").read_text() == robot.read_text()
+    )
     system = read_system(out / "system.yaml")
     assert [item.name for item in system.inputs] == ["tau_hip", "tau_knee"]
     assert [item.name for item in system.outputs] == ["q_hip", "qd_hip", "q_knee", "qd_knee"]
@@ -493,11 +495,74 @@ def test_gains_of_servos_in_a_robot_file_are_uncertain(tmp_path: Path) -> None:
     assert [p.bounds for p in system.parameters] == [(0.5, 5e5), (0.0, 5e3)]
 
 
+TAIL = """<body><joint name="tail" axis="0 1 0"/><inertial pos="0 0 0.1" mass="0.2"
+  diaginertia="0.001 0.001 0.001"/></body></worldbody>"""
+
+
 def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
+    """Three joints in a row and one beside them: which two of them are logged, no name says."""
     robot, out = leg(tmp_path), tmp_path / "draft"
-    with pytest.raises(BadInput, match=r"leg.xml: has 3 joints \(hip, knee, toe\), and 2 positions"):
+    robot.write_text(robot.read_text().replace("</worldbody>", TAIL))
+    with pytest.raises(BadInput, match=r"leg.xml: has 4 joints \(hip, knee, toe, tail\), and 2 positions"):
         init(arm_logs(tmp_path / "raw", ("a1", "a2")), robot, None, out)
     assert not out.exists()
+
+
+def test_a_tool_that_is_not_logged_stands_still(tmp_path: Path) -> None:
+    """The first joints are those of the logs, and what the last of them carries rests at zero."""
+    robot, out = leg(tmp_path), tmp_path / "draft"
+    init(arm_logs(tmp_path / "raw", ("a1", "a2")), robot, None, out)
+    text = (out / "system.yaml").read_text()
+    assert "  q_knee: {column: q2}  # pos_a2\n" in text and "  toe: 0  # Question: no column shows" in text
+    system = read_system(out / "system.yaml")
+    assert system.robot is not None and system.robot.locked == {"toe": 0.0}
+
+
+@pytest.mark.parametrize("names", [("hip", "knee", "toe"), ("a1", "a2", "a3")])
+def test_a_joint_that_rests_is_locked_where_it_was_logged(tmp_path: Path, names: tuple[str, ...]) -> None:
+    robot, out = leg(tmp_path), tmp_path / "draft"
+    raw = arm_logs(tmp_path / "raw", names[:2])
+    table = pd.read_csv(raw / "run.csv")
+    table.insert(3, f"pos_{names[2]}", 0.25)
+    table.to_csv(raw / "run.csv", index=False)
+    init(raw, robot, None, out)
+    assert f"  toe: 0.25  # pos_{names[2]}, which does not move." in (out / "system.yaml").read_text()
+    system = read_system(out / "system.yaml")
+    assert system.robot is not None and system.robot.locked == {"toe": 0.25}
+
+
+#: The last link of the arm has no mass.
+ARM = """<robot name="arm"><link name="base"/><link name="thigh"><inertial><origin xyz="0 0 -0.1"/>
+<mass value="0.5"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link><link name="tool"/>
+<joint name="hip" type="continuous"><parent link="base"/><child link="thigh"/><axis xyz="0 1 0"/></joint>
+<joint name="flange" type="continuous"><parent link="thigh"/><child link="tool"/><axis xyz="0 0 1"/></joint>
+</robot>"""
+
+
+def test_a_joint_that_moves_no_mass_needs_no_column(tmp_path: Path) -> None:
+    """A last link without mass, whose motion is logged: its columns are told and left out."""
+    pytest.importorskip("mujoco")
+    robot, out = tmp_path / "arm.urdf", tmp_path / "draft"
+    robot.write_text(ARM)
+    init(arm_logs(tmp_path / "raw", ("hip", "flange")), robot, None, out)
+    text = (out / "system.yaml").read_text()
+    assert "# flange moves no mass in the robot file: its columns are not used.\n" in text
+    assert [item.name for item in read_system(out / "system.yaml").outputs] == ["q_hip", "qd_hip"]
+
+
+def test_a_robot_may_have_more_joints_than_a_first_model(tmp_path: Path) -> None:
+    robot, out, names = leg(tmp_path), tmp_path / "draft", [f"part{k}" for k in range(8)]
+    pose = '<joint name="{}" axis="0 1 0"/><inertial pos="0 0 .1" mass="1" diaginertia=".1 .1 .1"/>'
+    links = "".join(f'<body pos="0 0 .1">{pose.format(name)}' for name in names) + "</body>" * len(names)
+    robot.write_text(f"<mujoco><worldbody>{links}</worldbody></mujoco>")
+    logs = [pendulum(seed) for seed in range(8)]
+    columns = {
+        f"{kind}_{name}": log[own]
+        for kind, own in (("pos", "angle"), ("tau", "torque"))
+        for name, log in zip(names, logs, strict=True)
+    }
+    init(put(tmp_path / "raw", [{"t": logs[0]["t"], **columns}]), robot, None, out)
+    assert len(read_system(out / "system.yaml").outputs) == 8
 
 
 def test_a_joint_whose_name_is_part_of_another_keeps_its_column(tmp_path: Path) -> None:
@@ -518,7 +583,7 @@ def test_a_long_chain_of_joints_is_drafted_without_its_equations(tmp_path: Path)
     init(raw, robot, None, out)
     assert time.process_time() - since < 5.0
     text = (out / "system.yaml").read_text()
-    assert "  q_part47: {column: q2}  # pos_part47\n" in text and "part46: 0}" in text
+    assert "  q_part47: {column: q2}  # pos_part47\n" in text and "  part46: 0  # Question" in text
 
 
 def test_columns_of_other_joints_tell_a_drive(tmp_path: Path) -> None:

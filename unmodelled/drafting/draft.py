@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,10 +14,11 @@ from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
 from unmodelled.drafting.coupling import coupled
 from unmodelled.drafting.files import Survey, survey
-from unmodelled.drafting.joints import Joint, joints_of
+from unmodelled.drafting.joints import MOST, STILL, Joint, joints_of
 from unmodelled.drafting.kinds import HEAT, TANK
 from unmodelled.drafting.lines import numbered
 from unmodelled.drafting.names import ACTING, FORCES, Role, meaning_of
+from unmodelled.drafting.units import is_position
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.table import is_text
@@ -50,6 +51,7 @@ class Draft:
     timing: Timing
     experiments: tuple[list[Signal], ...]  # columns that change, of every experiment looked into
     joints: tuple[Joint, ...]
+    positions: tuple[Channel, ...]  # of the joints and of what rests, in the order of the columns
     balances: tuple[Balance, ...]  # of a machine without moving positions
     split_by: str | None  # column whose runs of equal values are experiments
     cut: float | None  # length of the parts of a single long record, s
@@ -79,12 +81,12 @@ def used_by(joints: Sequence[Joint], balances: Sequence[Balance]) -> list[Used]:
     return list({each.symbol: each for each in found}.values())
 
 
-def draft_of(logs: Path) -> Draft:
-    """Look at logs and guess what a first model of the machine needs."""
+def draft_of(logs: Path, most: int = MOST) -> Draft:
+    """Look at logs and guess what a first model of the machine, of at most so many joints, needs."""
     found = survey(logs)
     timing = timing_of(next(iter(found.read.values())))
     signals = {place: signals_in(tables, timing) for place, tables in found.read.items()}
-    joints, balances = _parts([_sampled(each) for each in signals.values() if each] or [[]])
+    joints, balances = _parts([_sampled(each) for each in signals.values() if each] or [[]], most)
     outputs = [each for each in used_by(joints, balances) if each.output]
     if not outputs:
         names = sorted({signal.address for each in signals.values() for signal in each})
@@ -104,6 +106,7 @@ def draft_of(logs: Path) -> Draft:
         timing,
         tuple(signals[place] for place in kept.read),
         tuple(joints),
+        tuple(_positions([signals_in(tables, timing, values=1) for tables in kept.read.values()], joints)),
         tuple(balances),
         split_by,
         _cut(here, moved) if len(kept.read) == 1 and split_by is None else None,
@@ -120,16 +123,32 @@ def _sampled(signals: Sequence[Signal]) -> list[Signal]:
     return [s for s, long, act in zip(signals, enough, acts, strict=True) if long or act]
 
 
-def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[Balance]]:
+def _positions(experiments: Sequence[Sequence[Signal]], joints: Sequence[Joint]) -> Iterator[Channel]:
+    """Positions of joints, and those that rest at one place in all logs, in the order of the columns."""
+    own = {joint.position.signal.address: joint.position for joint in joints}
+    widest = max((float(np.ptp(channel.signal.values)) for channel in own.values()), default=0.0)
+    values: dict[str, list[float]] = {}
+    for signal in (each for signals in experiments for each in signals):
+        values.setdefault(signal.address, []).extend((signal.values.min(), signal.values.max()))
+    for signal in experiments[0] if own else ():
+        if signal.address in own:
+            yield own[signal.address]
+        elif signal.role is Role.POSITION and np.ptp(values[signal.address]) <= STILL * widest:
+            like = next(iter(own.values()))
+            unit = signal.unit if signal.unit is not None and is_position(signal.unit) else None
+            yield replace(like, signal=signal) if unit is None else Channel(signal, unit, True)
+
+
+def _parts(experiments: Sequence[Sequence[Signal]], most: int) -> tuple[list[Joint], list[Balance]]:
     """The moving positions of a machine; the balances of one that has none."""
     roles = {signal.role for signals in experiments for signal in signals}
     acting = roles & (FORCES - {Role.DUTY})
     filled = not acting and any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK))
     first = filled or Role.POSITION not in roles
-    joints = [] if first else joints_of(experiments)
+    joints = [] if first else joints_of(experiments, most)
     # positions that rest, or are logged too seldom to show a motion, hide no speed and no level
     balances = [] if joints else coupled(balances_of(experiments), experiments)
-    return joints if joints or balances else joints_of(experiments), balances
+    return joints if joints or balances else joints_of(experiments, most), balances
 
 
 def _usable(

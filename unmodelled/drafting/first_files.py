@@ -15,6 +15,7 @@ from unmodelled.drafting.names import Role
 from unmodelled.drafting.robot_text import robot_system_text, with_goals
 from unmodelled.drafting.system_text import system_text
 from unmodelled.logs.mapping import MAPPING
+from unmodelled.systems.robot.compile import MOST_JOINTS
 from unmodelled.systems.robot.files import robot_text
 
 #: Rows of the table of the columns.
@@ -45,7 +46,7 @@ def first_files(logs: Path, robot: Path | None, system: Path | None, out: Path |
     for path in (mapping, file, *copies):
         if path.exists():
             raise BadInput(f"{path}: exists, and is not overwritten: remove it, or give another out=...")
-    found = draft_of(logs) if robot is None else with_goals(draft_of(logs), robot)
+    found = draft_of(logs) if robot is None else with_goals(draft_of(logs, MOST_JOINTS), robot)
     seen = Path(os.path.relpath(found.survey.folder.resolve(), place.resolve())).as_posix()
     name = logs.resolve().stem
     texts = {

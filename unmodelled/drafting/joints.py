@@ -72,8 +72,8 @@ class Joint:
         return self.fit.share > EXPLAINED and self.fit.gain != 0.0
 
 
-def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
-    """Find the moving positions with their speeds and drives."""
+def joints_of(experiments: Sequence[Sequence[Signal]], most: int = MOST) -> list[Joint]:
+    """Find the moving positions, at most so many, with their speeds and drives."""
     named = any(signal.role is Role.POSITION for signals in experiments for signal in signals)
     homes: dict[str, Home] = {}
     for signals in experiments:
@@ -83,9 +83,9 @@ def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
             homes[position.address] = max(
                 homes.get(position.address, home), home, key=lambda each: each.motion
             )
-    most = max((home.motion for home in homes.values()), default=0.0)
-    moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
-    kept = distinct(moving)[:MOST]
+    widest = max((home.motion for home in homes.values()), default=0.0)
+    moving = [home for home in homes.values() if home.moves(STILL * widest if named else 0.0)]
+    kept = distinct(moving)[:most]
     found = [_joint(home, kept) for home in kept]
     alike = _of_one_kind(_completed(found, kept))
     return [_fitted(joint, experiments) for joint in alike]

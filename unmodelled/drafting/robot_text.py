@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Set
 from dataclasses import replace
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, first_few
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint, with_goal
-from unmodelled.drafting.lines import numbered, one_line, quoted, word
+from unmodelled.drafting.lines import one_line, quoted, word
+from unmodelled.drafting.robot_joints import locked_lines, matched
 from unmodelled.drafting.units import si_unit
 from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.files import robot_text
-from unmodelled.systems.robot.sections import STILL, moving
+from unmodelled.systems.robot.sections import moving
+from unmodelled.systems.robot.standing import STILL
 
 #: Bounds of the torque constant of a drive, N m/A.
 CONSTANTS = 0.001, 1000.0
@@ -33,33 +35,27 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     joints, inputs = moving(read)
     if not joints:
         raise BadInput(f"{robot}: {STILL}")
-    found = list(numbered(draft.joints))
-    shown = _following(read, found)
-    pairs = _pairs(joints, [one for one in found if one not in shown.values()], robot)
-    order = [joint for joint in joints if joint in pairs]
-    drives = dict(zip(joints, inputs, strict=False))
+    found = matched(draft, read, joints, robot)
+    shown, drives = found.driven, dict(zip(joints, inputs, strict=False))
     by_name = "# Joints are those of the logs by their names."
     in_order = "# Question: joints are those of the logs in their order. Is it so?"
-    named = all(joint in pairs[joint][1].position.signal.address for joint in order)
+    unused = f"# {first_few(found.unused)} moves no mass in the robot file: its columns are not used."
     lines = [
         "# The robot file is the known physics. Its dry friction is left out: a diagnosis looks for it.",
-        by_name if named else in_order,
+        by_name if found.by_name else in_order,
+        *([unused] if found.unused else []),
         *("schema: system/1", f"name: {word(name)}", f"model: {quoted(robot.name)}", "inputs:"),
-        *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
+        *(_input(joint, drives[joint], *shown[joint]) for joint in shown if joint in drives),
         "outputs:",
-        *(line for joint in order for line in _outputs(joint, *pairs[joint])),
         *(line for joint in shown for line in _outputs(joint, *shown[joint])),
+        *(line for joint, one in found.following.items() for line in _outputs(joint, *one)),
     ]
-    currents = [joint for joint in order if _is_current(pairs[joint][1])]
-    parameters = [*map(_constant, currents), *_gains(read, {drives[j] for j in order if j in drives})]
+    currents = [joint for joint in shown if _is_current(shown[joint][1])]
+    parameters = [*map(_constant, currents), *_gains(read, {drives[j] for j in shown if j in drives})]
     lines += ["parameters:", *parameters] if parameters else []
     if currents:
         lines += ["signals:", *(f"  drive_{joint}: k_{joint}*i_{joint}" for joint in currents)]
-    still = [joint for joint in joints if joint not in pairs]
-    if still:
-        each = ", ".join(f"{joint}: 0" for joint in still)
-        lines.append(f"locked: {{{each}}}  # Question: where do these joints, which do not move, stand?")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *locked_lines(found, joints)]) + "\n"
 
 
 def with_goals(draft: Draft, robot: Path) -> Draft:
@@ -71,38 +67,6 @@ def with_goals(draft: Draft, robot: Path) -> Draft:
 def _read(robot: Path) -> Robot:
     """The robot of a file, without its equations, which take minutes for a long chain of joints."""
     return compiled(robot_text(robot), str(robot))
-
-
-def _following(robot: Robot, found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
-    """Number and signals of the logs by joint of the robot that follows another one."""
-    named = _named([joint.name for joint in robot.joints], found)
-    names = [robot.joints[k].name for k in robot.following({})]
-    return {name: named[name] for name in names if name in named}
-
-
-def _named(joints: Sequence[str], found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
-    """Number and signals of the logs by the joint whose name is the longest in the name of the column."""
-    named = {}
-    for one in found:
-        if inside := [joint for joint in joints if joint in one[1].position.signal.address]:
-            named[max(inside, key=len)] = one
-    return named
-
-
-def _pairs(
-    joints: Sequence[str], found: Sequence[tuple[str, Joint]], robot: Path
-) -> dict[str, tuple[str, Joint]]:
-    """Number and signals of the logs by joint of the robot."""
-    named = _named(joints, found)
-    if len(named) == len(found):
-        return named
-    if len(joints) == len(found):
-        return dict(zip(joints, found, strict=True))
-    moving = ", ".join(one.position.signal.address for _, one in found)
-    raise BadInput(
-        f"{robot}: has {len(joints)} joints ({', '.join(joints)}), and {len(found)} positions of the logs "
-        f"move ({moving}): name the columns like the joints, or write the system file by hand"
-    )
 
 
 def _is_current(joint: Joint) -> bool:

@@ -27,9 +27,35 @@ class ParameterError(ParameterEffect):
         name, given = at.place.name, at["p"].low
         error, (low, high) = f"{name}_error", sorted((_LEAST * given, _MOST * given))
         amplitude = Amplitude("1", _PLAUSIBLE * abs(given), (low, high))
-        told = {error: Told("right value", f"{name} + {{0}}", shift=given)}
-        phrase = f"{name} = {{{error}}} instead of {amounts([given], at.unit, 3)[0]}"
-        return Law(f"p + {error}", {error: amplitude}, told=told, phrase=phrase)
+        told, phrase, negative = _of_robot(at, error) or (
+            Told("right value", f"{name} + {{0}}", shift=given),
+            f"{name} = {{{error}}} instead of {amounts([given], at.unit, 3)[0]}",
+            "",
+        )
+        amplitudes = {error: amplitude}
+        return Law(f"p + {error}", amplitudes, told={error: told}, phrase=phrase, negative=negative)
+
+
+def _of_robot(at: Site, error: str) -> tuple[Told, str, str] | None:
+    """Words for an error of a link of a robot file, and both where it is negative; None for other numbers."""
+    robot = at.system.robot
+    link, quantity = ("", "") if robot is None else robot.numbers.get(at.place.name, ("", ""))
+    given = amounts([at["p"].low], at.unit, 3)[0]
+    if quantity == "mass":
+        light = at["p"].low < 1.0
+        told = Told(f"beside the {given} of the robot file", factor=1e3, unit="g") if light else Told()
+        words = f"link {link} is {{{error}}} {{way}} than the {given} of the robot file"
+        return told, words.replace("{way}", "heavier"), words.replace("{way}", "lighter")
+    if quantity.startswith("com_"):
+        told = Told(f"beside the {given} of the robot file", factor=1e3, unit="mm")
+        words = f"centre of mass of link {link} is {{{error}}} further along {{way}} than in the robot file"
+        axis = quantity[-1]
+        return told, words.replace("{way}", axis), words.replace("{way}", f"-{axis}")
+    if quantity == "inertia_scale":
+        told = Told("of those of the robot file", "1 + {0}", shift=1.0)
+        words = f"moments of inertia of link {link} are {{{error}}} times those of the robot file"
+        return told, words, ""
+    return None
 
 
 def _may_be_wrong(p: Parameter) -> bool:

@@ -23,9 +23,10 @@ from unmodelled.systems.robot.numbers import numbers
 from unmodelled.systems.robot.patch import patched
 
 
-def link(name: str, mass: float) -> str:
+def link(name: str, mass: float, scale: float = 1.0) -> str:
     """A link off its joint's axis, with turned axes of inertia."""
-    moments = 'ixx="0.03" iyy="0.02" izz="0.025" ixy="0.002" ixz="-0.001" iyz="0"'
+    numbers = {"ixx": 0.03, "iyy": 0.02, "izz": 0.025, "ixy": 0.002, "ixz": -0.001, "iyz": 0.0}
+    moments = " ".join(f'{key}="{scale * value!r}"' for key, value in numbers.items())
     origin = '<origin xyz="0.05 0.03 -0.2" rpy="0.2 0.1 0.4"/>'
     inertial = f'<inertial>{origin}<mass value="{mass}"/><inertia {moments}/></inertial>'
     return f'<link name="{name}">{inertial}</link>'
@@ -113,7 +114,7 @@ def test_numbers_of_a_follower_are_parameters_and_its_position_an_output(tmp_pat
     slide = system.outputs[1]
     assert (slide.unit, slide.column) == ("m", "slide")
     assert float(slide.expression.xreplace({system.x[0]: 1.0})) == pytest.approx(0.3 * (-1.7 + 0.4) + 0.05)
-    heavier = changed(CRANE, ('damping="0.7"', 'damping="1.4"'), ('mass value="0.2"', 'mass value="0.3"'))
+    heavier = changed(CRANE, ('damping="0.7"', 'damping="1.4"'), (link("d", 0.2), link("d", 0.3, 0.3 / 0.2)))
     y, yd, u = np.random.default_rng(1).normal(size=(3, 2))
     other = system.with_values({"d_mass": 0.3, "slide_damping": 1.4})
     wanted = lagrange(heavier, ["lower", "wrist"], y, yd, u, np.empty(0))
@@ -145,7 +146,8 @@ def test_mujoco_runs_a_robot_with_followers_as_the_equations_do(tmp_path: Path) 
     system = system_of(tmp_path, CRANE, "identify: ['d.mass']\n", "crane.urdf")
     assert system.robot is not None
     home = take_home(system, system.with_values({"d_mass": 0.25}), [])
-    assert [(c.element, c.quantity, c.patched) for c in home.changes] == [("d", "mass", pytest.approx(0.25))]
+    assert {c.element for c in home.changes} == {"d"} and home.changes[0].quantity == "mass"
+    assert all(c.patched == pytest.approx(1.25 * c.given) for c in home.changes)
     assert home.text.count("<mimic") == 2
     t, nothing = np.arange(0.0, 0.5, 0.01), np.zeros(1, np.int64)
     u = np.stack([np.sin(5 * t), 0.3 * np.cos(3 * t)], 1)
@@ -239,6 +241,54 @@ def test_a_last_link_without_mass_stands_still(tmp_path: Path) -> None:
     assert compiled(slider(tool=on_axis), "slider.urdf").massless == (2,)
     beside = on_axis.replace("<mass", '<origin xyz="0 0.1 0"/><mass')
     assert compiled(slider(tool=beside), "slider.urdf").massless == ()
+
+
+def test_a_file_that_names_a_last_link_without_mass_is_read(tmp_path: Path) -> None:
+    """All joints of an arm are logged, though the file of the robot knows no mass of the last link."""
+    more = "inputs: {tau_x: {}, tau_swing: {}, tau_grip: {column: i3}}\noutputs: {q_x: {}, q_grip: {}}\n"
+    more += "parameters: {grip_armature: {value: 0.1}}\nports: {grip: {law: 0.1*qd_grip}}\n"
+    system = system_of(tmp_path, slider(), more, "slider.urdf")
+    assert [each.name for each in system.inputs] == ["tau_x", "tau_swing"]
+    assert [each.name for each in system.outputs] == ["q_x"] and system.port_names == ("x", "swing")
+    (note,) = [note for note in system.notes if "not used" in note]
+    names = "inputs.tau_grip, outputs.q_grip, parameters.grip_armature, ports.grip"
+    assert note.endswith(f"{names}: not used, because its joint stands still")
+
+
+def test_another_input_of_the_name_of_a_joint_that_stands_still_stays(tmp_path: Path) -> None:
+    more = "inputs: {tau_x: {}, tau_grip: {unit: N m}}\nsignals: {drive_swing: 0.5*tau_grip}\n"
+    system = system_of(tmp_path, slider(), more, "slider.urdf")
+    assert [each.name for each in system.inputs] == ["tau_x", "tau_grip"]
+
+
+#: A hand of two fingers that no gear connects, on the wrist of the crane.
+FINGERED = CRANE.replace(
+    "</robot>",
+    link("f", 0.1)
+    + link("g", 0.1)
+    + joint("left", "prismatic", ("d", "f"), "0 1 0")
+    + joint("right", "prismatic", ("d", "g"), "0 -1 0")
+    + "</robot>",
+)
+
+
+def test_fingers_that_a_file_does_not_name_stand_still(tmp_path: Path) -> None:
+    """Neither inputs nor outputs name them; a joint on the way to one that is named moves."""
+    more = "inputs: {tau_lower: {}, tau_wrist: {}}\noutputs: {q_lower: {}, q_wrist: {}}\n"
+    system = system_of(tmp_path, FINGERED, more, "crane.urdf")
+    assert system.robot is not None and system.robot.locked == {"left": 0.0, "right": 0.0}
+    (note,) = [note for note in system.notes if "are in no input and no output" in note]
+    assert "left, right are" in note
+    with pytest.raises(BadInput, match="the input 'tau_lower' of the robot is missing"):
+        system_of(
+            tmp_path, FINGERED, more.replace("tau_lower: {}, ", "").replace("q_lower: {}, ", ""), "crane.urdf"
+        )
+
+
+def test_a_servo_that_a_file_does_not_name_stands_still(tmp_path: Path) -> None:
+    tool = FINGERS.replace("<equality>", "<!-- <equality>").replace("</equality>", "</equality> -->")
+    system = system_of(tmp_path, tool, "inputs: {u_m: {}}\noutputs: {q_l: {}}\n")
+    assert system.port_names == ("l",) and any("r are in no input" in note for note in system.notes)
 
 
 def test_a_rod_without_inertia_of_its_own_is_a_mass_on_a_string(tmp_path: Path) -> None:

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 import unmodelled as um
-from tests.physics.robot.mechanisms import random_tree
-from tests.physics.robot.test_motion import DOUBLE
+from tests.physics.robot.mechanisms import random_tree, system_of
+from tests.physics.robot.test_motion import DOUBLE, rates
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.gates.robot_numbers import of_parameters
 from unmodelled.engine.robot.supplement import SCHEMA, Supplement
 from unmodelled.systems.robot.compile import compiled
-from unmodelled.systems.robot.numbers import Key, differing, numbers
+from unmodelled.systems.robot.efforts import Efforts
+from unmodelled.systems.robot.numbers import OF_BODIES, Key, differing, numbers
 from unmodelled.systems.robot.patch import patched
 
 #: Unnamed elements, a frame, a class with defaults, angles in degrees, comments.
@@ -44,6 +46,56 @@ def scaled(text: str, share: float = 0.02) -> dict[Key, float]:
     """All numbers of a file, each changed by a few per cent."""
     rng = np.random.default_rng(0)
     return {k: v * rng.uniform(1 - share, 1 + share) for k, v in numbers(compiled(text, "robot")).items()}
+
+
+def pseudo_inertia(found: dict[Key, float], body: str) -> np.ndarray:
+    """Second moments of the mass of a body, first moments and mass (4, 4): positive for a solid body."""
+    mass, *com = (found[body, quantity] for quantity in OF_BODIES[:4])
+    inertia = np.zeros((3, 3))
+    for quantity in OF_BODIES[4:]:
+        i, j = ("xyz".index(axis) for axis in quantity[-2:])
+        inertia[i, j] = inertia[j, i] = found[body, quantity]
+    c = np.array(com)
+    inertia += mass * (c @ c * np.eye(3) - np.outer(c, c))
+    second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return np.block([[second, mass * c[:, None]], [mass * c[None], np.array([[mass]])]])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_patched_link_is_that_of_a_solid_body(tmp_path: Path, seed: int) -> None:
+    """Any masses, factors of the inertias and centres of mass: no number of a link changes by itself."""
+    text, rng = random_tree(seed), np.random.default_rng(seed)
+    system = system_of(tmp_path, text, "identify: ['*.mass', '*.inertia_scale', '*.com_x']\n")
+    efforts = Efforts(system, compiled(text, "robot.xml"))
+    values = {p.name: p.value * float(np.exp(rng.uniform(-2.0, 2.0))) for p in system.parameters}
+    file = patched(text, "robot.xml", of_parameters(efforts, values))
+    found, given = numbers(compiled(file.text, "robot.xml")), numbers(efforts.robot)
+    assert not file.missing
+    for body in {element for element, quantity in given if quantity == "mass"}:
+        a, b, c = np.linalg.eigvalsh(_tensor(found, body))
+        assert a > 0.0 and a + b >= c * (1.0 - 1e-6)
+        assert np.linalg.eigvalsh(pseudo_inertia(found, body))[0] > 0.0
+        mass = values.get(f"{body}_mass", given[body, "mass"])
+        factor = mass / given[body, "mass"] * values.get(f"{body}_inertia_scale", 1.0)
+        assert _tensor(found, body) == pytest.approx(factor * _tensor(given, body), rel=1e-6, abs=1e-12)
+
+
+def _tensor(found: dict[Key, float], body: str) -> np.ndarray:
+    x, y, z, xy, xz, yz = (found[body, quantity] for quantity in OF_BODIES[4:])
+    return np.array([[x, xy, xz], [xy, y, yz], [xz, yz, z]])
+
+
+def test_the_equations_of_a_heavier_link_are_those_of_its_patched_file(tmp_path: Path) -> None:
+    text = random_tree(1)
+    system = system_of(tmp_path, text, "identify: ['b2.mass', 'b1.inertia_scale']\n")
+    values = {"b2_mass": 1.7 * numbers(compiled(text, "a"))["b2", "mass"], "b1_inertia_scale": 2.5}
+    efforts = Efforts(system, compiled(text, "robot.xml"))
+    file = patched(text, "robot.xml", of_parameters(efforts, values))
+    (tmp_path / "patched").mkdir()
+    other = system_of(tmp_path / "patched", file.text)
+    q, qd, u = np.random.default_rng(1).normal(size=(3, len(system.ports)))
+    u = np.resize(u, len(system.inputs))
+    assert rates(system.with_values(values), q, qd, u) == pytest.approx(rates(other, q, qd, u), rel=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -44,8 +44,8 @@ def phrase(found: DiagnosedEffect, over: Collection[str]) -> str:
     """
     text, numbers = found.added.phrase, found.estimates
     first = next(iter(numbers.values()), None)
-    if first is not None and first.value < 0.0 and found.added.negative:
-        text = found.added.negative
+    against = first is not None and first.value < 0.0 and bool(found.added.negative)
+    text = found.added.negative if against else text
     named = {name for name in numbers if f"{{{name}}}" in text}
     waves = (wave for name, wave in found.added.waves.items() if name in named)
     beside = {str(name) for wave in waves for name in (wave.cosine, wave.times)} & numbers.keys()
@@ -55,12 +55,15 @@ def phrase(found: DiagnosedEffect, over: Collection[str]) -> str:
         or not all(numbers[name].sure and name not in over for name in named | beside)
     ):
         return ""
-    return text.format_map({name: _told(found, name) for name in named})
+    return text.format_map(
+        {name: _told(found, name, against and name == next(iter(numbers))) for name in named}
+    )
 
 
-def _told(found: DiagnosedEffect, name: str) -> str:
+def _told(found: DiagnosedEffect, name: str, without_sign: bool) -> str:
     """A number of an effect with its unit, or the wave of which it is the amplitude of the sine."""
     values = {n: estimate.value for n, estimate in found.estimates.items()}
+    values[name] = abs(values[name]) if without_sign else values[name]
     if name in found.added.waves:
         return told_wave(found.added, name, values, SAID_DIGITS)
     return _amount(said(found.added, name, (values[name],)))

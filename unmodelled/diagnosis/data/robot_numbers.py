@@ -7,7 +7,7 @@ from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 #: Numbers of joints, drives and links; an error of the others acts as that of one of these, or as a gain.
-NUMBERS = ("*.kp", "*.kv", "*.damping", "*.stiffness", "*.armature", "*.mass")
+NUMBERS = ("*.kp", "*.kv", "*.damping", "*.stiffness", "*.armature", "*.mass", "*.com_?")
 
 
 def with_robot_numbers(system: System) -> System:

@@ -12,7 +12,16 @@ from unmodelled.systems.model import System
 from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.efforts import Efforts
-from unmodelled.systems.robot.numbers import OF_BODIES, PAIRS, Key, differing, numbers, properties, unit_of
+from unmodelled.systems.robot.numbers import (
+    OF_BODIES,
+    PAIRS,
+    Key,
+    differing,
+    numbers,
+    properties,
+    unit_of,
+    whole_links,
+)
 
 #: Quantities that are never negative.
 _NEVER_NEGATIVE = ("mass", "armature", "damping", "frictionloss", "timeconst", "kv")
@@ -42,10 +51,9 @@ def impossible_parameters(system: System) -> str:
 
 def of_parameters(efforts: Efforts, values: Mapping[str, float]) -> dict[Key, float]:
     """Return all numbers of a robot, with the values (SI) of the parameters that stand for some of them."""
-    wanted = numbers(efforts.robot)
-    for p in properties(efforts.robot, efforts.tree):
-        wanted[p.element, p.quantity] = values.get(p.name, p.value)
-    return wanted
+    known = {p.name: (p.element, p.quantity) for p in properties(efforts.robot, efforts.tree)}
+    changed = {known[name]: value for name, value in values.items() if name in known}
+    return {**numbers(efforts.robot), **whole_links(efforts.robot, changed)}
 
 
 def _faults(

@@ -9,6 +9,7 @@ import sympy as sp
 
 from unmodelled.systems.robot.bodies import Body, Robot
 from unmodelled.systems.robot.links import Link, Placement
+from unmodelled.systems.robot.numbers import SCALE
 from unmodelled.systems.robot.spatial import ZERO, Matrix, Steps, Vector, number, transposed
 
 #: Value of a number of a robot file, given by element ("elbow"), quantity ("armature") and value in the file:
@@ -35,13 +36,21 @@ def of_link(s: Steps, robot: Robot, link: Link, value: Value) -> Inertia:
 
 
 def _placed(s: Steps, body: Body, place: Placement, value: Value) -> Inertia:
-    """Mass properties of a body about the origin of its link."""
+    """Mass properties of a body about the origin of its link.
+
+    With another mass, the inertia about the centre of mass grows in proportion: the whole pseudo-inertia is
+    multiplied, so that it stays that of a solid body (P. Wensing, S. Kim, J.-J. Slotine, 2018).
+    """
     mass = value(body.name, "mass", body.mass)
+    scale = value(body.name, SCALE, 1.0)
+    if mass.free_symbols and body.mass > 0.0:
+        scale = scale * mass / number(body.mass)
     com = [value(body.name, f"com_{a}", float(x)) for a, x in zip(_AXES, body.com, strict=True)]
 
     def moment_of(i: int, j: int) -> sp.Expr:
         i, j = min(i, j), max(i, j)
-        return value(body.name, f"inertia_{_AXES[i]}{_AXES[j]}", float(body.inertia[i, j]))
+        own = value(body.name, f"inertia_{_AXES[i]}{_AXES[j]}", float(body.inertia[i, j]))
+        return own if own.free_symbols else scale * own
 
     rotation = sp.Matrix(3, 3, [number(x) for x in place.rotation.ravel()])
     position = sp.Matrix([number(x) for x in place.position]) + rotation * sp.Matrix(com)

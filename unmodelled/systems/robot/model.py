@@ -47,6 +47,8 @@ class RobotModel:
     notes: tuple[str, ...] = field(default=(), compare=False)  # what the file says and the equations do not
     #: equations that a system file need not write, by state
     dynamics: Mapping[str, str] = field(default_factory=dict, compare=False)
+    #: element and quantity of each parameter that is a number of the file, by its name
+    numbers: Mapping[str, tuple[str, str]] = field(default_factory=dict, compare=False)
 
     def function(self, call: evaluated) -> MotionFunction | None:
         """Return the function that a call calls; None if it is another procedure, such as a derivative."""

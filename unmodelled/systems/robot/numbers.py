@@ -20,6 +20,8 @@ OF_JOINTS = ("armature", "damping", "stiffness", "springref", "frictionloss")
 _LIMITS = ("ctrl_low", "ctrl_high", "force_low", "force_high")
 OF_ACTUATORS = ("gear", "gain", "bias", "kp", "kv", "timeconst", *_LIMITS)
 OF_BODIES = ("mass", "com_x", "com_y", "com_z", *(f"inertia_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS))
+#: Factor of all moments of inertia about the centre of mass, which no file writes.
+SCALE = "inertia_scale"
 #: Limits of what has none.
 _FREE = (-inf, inf)
 
@@ -66,7 +68,8 @@ def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
         used = ["gear", *(quantity for quantity in ("timeconst", "kp", "kv") if getattr(a, quantity))]
         keys += [(a.name, quantity) for quantity in (used if a.is_servo else [*used, "gain"])]
     bodies = sorted(k for link in tree.links for k in link.bodies)
-    keys += [(robot.bodies[k].name, quantity) for k in bodies for quantity in OF_BODIES]
+    keys += [(robot.bodies[k].name, quantity) for k in bodies for quantity in (*OF_BODIES, SCALE)]
+    values |= {(robot.bodies[k].name, SCALE): 1.0 for k in bodies}
     # the input of a motor with another gain than 1 has no unit
     gains = {(a.name, "gain"): robot.joints[a.joint].units.effort for a in robot.actuators if a.gain != 1.0}
     yield from (Property(*key, values[key], gains.get(key) or unit_of(robot, key)) for key in keys)
@@ -75,6 +78,18 @@ def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
 def of(all_of_them: Mapping[Key, float], element: str, quantities: Sequence[str]) -> dict[str, float]:
     """Return the numbers of an element by quantity, without those that are not there."""
     return {q: all_of_them[element, q] for q in quantities if (element, q) in all_of_them}
+
+
+def whole_links(robot: Robot, changed: Mapping[Key, float]) -> dict[Key, float]:
+    """Return changed numbers with those of the inertia that follow of a mass and of `SCALE`."""
+    found = {key: value for key, value in changed.items() if key[1] != SCALE}
+    for body in robot.bodies:
+        scale = changed.get((body.name, SCALE), 1.0)
+        if body.mass > 0.0:
+            scale *= changed.get((body.name, "mass"), body.mass) / body.mass
+        own = {(body.name, f"inertia_{'xyz'[i]}{'xyz'[j]}"): float(body.inertia[i, j]) for i, j in PAIRS}
+        found |= {key: scale * value for key, value in own.items() if scale != 1.0 and key not in found}
+    return found
 
 
 def consistent(robot: Robot, wanted: Mapping[Key, float]) -> dict[Key, float]:
@@ -111,6 +126,8 @@ def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[K
 def unit_of(robot: Robot, key: Key) -> str:
     """Return the SI unit of a number."""
     element, quantity = key
+    if quantity == SCALE:
+        return "1"
     if quantity in OF_BODIES:
         return "kg" if quantity == "mass" else "m" if quantity.startswith("com_") else "kg m^2"
     actuators = {a.name: a for a in robot.actuators} if quantity in OF_ACTUATORS else {}

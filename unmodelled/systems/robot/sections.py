@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -22,13 +21,10 @@ from unmodelled.systems.robot.links import Tree
 from unmodelled.systems.robot.model import MotionFunction, RobotModel
 from unmodelled.systems.robot.numbers import Property, properties
 from unmodelled.systems.robot.spatial import number
+from unmodelled.systems.robot.standing import KEYS, standing, without_standing
 from unmodelled.systems.syntax import names, shown
 from unmodelled.systems.units import parse_unit
 
-#: Keys of a system file that belong to its robot.
-KEYS = ("model", "locked", "identify")
-#: What is wrong with a robot that stands still.
-STILL = "no joint moves a mass, so that nothing moves: give a link a mass and an inertia"
 Entries = Mapping[str, Mapping[str, str]] | Mapping[str, str]
 
 
@@ -43,14 +39,10 @@ def with_robot(
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)
     robot = compiled(text, str(path))
-    locked = _locked(sections, robot)
-    if apart := _apart(sections, robot, locked):
-        words = "are in no input and no output: with the joints that follow them, they stand still at 0; "
-        still = first_few([robot.joints[k].written for k in apart])
-        note = f"{still} {words}to let them move, add their inputs"
-        robot = replace(robot, notes=(*robot.notes, note))
-    locked = robot.resting({**locked, **dict.fromkeys(apart, 0.0)})
-    return _Sections(dict(sections), robot, locked, text, tuple(numbers)).read()
+    locked, still = standing(sections, robot)
+    moving, unused = without_standing(sections, robot, locked)
+    robot = replace(robot, notes=(*robot.notes, *still, *unused))
+    return _Sections(moving, robot, locked, text, tuple(numbers)).read()
 
 
 def moving(robot: Robot) -> tuple[list[str], list[str]]:
@@ -62,42 +54,6 @@ def moving(robot: Robot) -> tuple[list[str], list[str]]:
     drives = Drives(robot, tree, lambda element, quantity, value: repr(value))
     used = {name for inputs in drives.used.values() for name in inputs}
     return [robot.joints[k].name for k in tree.leaders], [name for name in drives.inputs if name in used]
-
-
-def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
-    found, node = dict[int, float](), sections.get("locked")
-    names = {name: k for k, joint in enumerate(robot.joints) for name in (joint.name, joint.written)}
-    for name, value in node.entries().items() if node is not None else ():
-        if name not in names:
-            raise value.wrong(f"the robot has no joint {shown(name)}{closest(name, names)}")
-        found[names[name]] = value.number()
-    if len(robot.resting(found)) == len(robot.joints):
-        if node is not None:
-            raise node.wrong("all joints are locked, so that nothing moves: leave one of them out")
-        raise sections["model"].wrong(STILL)
-    return found
-
-
-def _apart(sections: Mapping[str, Node], robot: Robot, locked: Mapping[int, float]) -> list[int]:
-    """Joints that others follow, as in a gripper, and that a file which names its inputs does not name."""
-    leaders = {gear.leader for gear in robot.following(locked).values() if gear.leader is not None}
-    if robot.actuators or not ("inputs" in sections and sections["inputs"].entries()):
-        return []
-    said = {word for key, node in sections.items() if key not in KEYS for word in _texts(node)}
-    own = {k: robot.joints[k].name for k in sorted(leaders)}
-    return [k for k, name in own.items() if not any(re.search(rf"\b(\w+_)?{name}\b", text) for text in said)]
-
-
-def _texts(node: Node) -> Iterator[str]:
-    """Names and texts of a part of the system file."""
-    if isinstance(node.content, str):
-        yield node.content
-    elif isinstance(node.content, dict):
-        yield from node.content
-    parts = node.content.values() if isinstance(node.content, dict) else node.content or ()
-    for part in parts if not isinstance(node.content, str) else ():
-        assert isinstance(part, Node)
-        yield from _texts(part)
 
 
 @dataclass
@@ -145,7 +101,8 @@ class _Sections:
         file = self.sections["model"].text()
         notes = [*self.robot.notes, *notes]
         rates = {name: str(text) for name, text in own["dynamics"].items()}
-        return sections, RobotModel(file, self.text, locked, functions, tuple(notes), rates)
+        numbers = {p.name: (p.element, p.quantity) for p in self.parameters}
+        return sections, RobotModel(file, self.text, locked, functions, tuple(notes), rates, numbers)
 
     @cached_property
     def tree(self) -> Tree:
