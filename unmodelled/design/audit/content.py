@@ -143,7 +143,8 @@ def lines(found: Content) -> list[str]:
     return [
         *(*sentences(found), ""),
         *(*_in_columns(numbers), ""),
-        *(f"- {row['sentence']}" for row in found["numbers"] if row["kind"] != "known"),
+        # numbers that only show together share a sentence
+        *dict.fromkeys(f"- {row['sentence']}" for row in found["numbers"] if row["kind"] != "known"),
         *("", *_in_columns(errors), ""),
         *(f"note: {note}" for note in found["notes"]),
     ]

@@ -57,16 +57,20 @@ class AuditFits:
         return Numbers(self.whole.last)
 
     @cached_property
+    def variants(self) -> tuple[LastFit, ...]:
+        """Return the fits with all laws: numbers that deviate between experiments, if any do, and none."""
+        last = self.whole.last
+        if not any(added.per_experiment for added in self.judged.found.final.fitted.hypothesis.effects):
+            return (last,)
+        return tuple(_fits(self.judged, self.system, [law.key for law in self.judged.laws]))
+
+    @property
     def steady(self) -> FittedHypothesis:
         """Return the fit with all laws in which no number deviates between experiments.
 
         It shows which numbers only show together: where each deviates, the logs tell their mean less well.
         """
-        last = self.whole.last.fitted
-        if not any(added.per_experiment for added in chain_of(last.hypothesis)):
-            return last
-        *_, found = _fits(self.judged, self.system, [law.key for law in self.judged.laws])
-        return found.fitted
+        return self.variants[-1].fitted
 
     def forms(self, name: str) -> Iterator[tuple[str, float]]:
         """Yield a number with every form of the last law that the logs cannot tell from the named one."""

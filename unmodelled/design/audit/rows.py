@@ -14,6 +14,7 @@ from unmodelled.design.audit.ties import ties
 from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.result import Estimate
 from unmodelled.diagnosis.doubts.numbers import Numbers
+from unmodelled.diagnosis.doubts.undetermined import UNDETERMINED_CHANGE
 from unmodelled.effects.added import Added
 from unmodelled.systems.model import Parameter
 
@@ -89,10 +90,22 @@ class NumberAudit:
             return replace(row, kind="undetermined", sentence=_why_not(p, found))
         moves = tuple(self._moves(p, found))
         forms = {law: value for law, value in self.fits.forms(p.name) if not self._same(value, found)}
-        found = replace(found, interval=_holding(found.interval, forms.values()))
+        found = replace(found, interval=self._interval(p, found, forms.values()))
+        low, high = found.interval
+        if 0.5 * (high - low) >= UNDETERMINED_CHANGE * max(abs(found.value), abs(p.value)):
+            return replace(row, kind="undetermined", estimate=found, sentence=_why_not(p, found))
         return replace(
             row, kind="absorbs" if moves else "determined", estimate=found, forms=forms, moves=moves
         )
+
+    def _interval(self, p: Parameter, found: Estimate, forms: Iterable[float]) -> tuple[float, float]:
+        """The interval with other forms of a law, and whether experiments deviate or not.
+
+        A mean deviation of the experiments stands in for a number, and the number for it.
+        """
+        every = (Numbers(fit).estimate(p.name, p.unit, p.value, self.level) for fit in self.fits.variants)
+        ends = [*found.interval, *forms, *(end for one in every for end in one.interval)]
+        return min(ends), max(ends)
 
     def _wrong(self, p: Parameter, law: Added) -> AuditedNumber:
         """A number that the file calls known, and that has another value."""
@@ -145,9 +158,3 @@ def _why_not(p: Parameter, found: Estimate) -> str:
     if found.at_bound:
         return f"{p.name} ends at one of its bounds: widen them, or measure it separately"
     return f"these logs do not determine {p.name}: measure it separately, or log motions in which it matters"
-
-
-def _holding(interval: tuple[float, float], values: Iterable[float]) -> tuple[float, float]:
-    """The interval, widened to hold values."""
-    ends = (*interval, *values)
-    return min(ends), max(ends)
