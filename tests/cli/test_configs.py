@@ -75,7 +75,7 @@ STAGES = stages()
 #: Of no part of the graph: what reads sweeps or answers, diagnoses at once, drafts, or measures further
 #: experiments of diagnosed cases.
 WITHOUT_NODE = (
-    *("compare", "diagnose", "example", "export", "init", "next", "plan", "report"),
+    *("audit", "compare", "diagnose", "example", "export", "init", "next", "plan", "report"),
     *("propose_withheld", "tabulate_proposals"),
 )
 NODES = [verb for verb in PROGRAM.verbs if verb not in WITHOUT_NODE]

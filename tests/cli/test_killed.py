@@ -38,6 +38,7 @@ VERBS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "evaluate": (PENDULUM, ["fits=fits0"], ["fits=fits1"]),
     "compare": (["runs=sweep"], ["metric=simulation.gap.known"], ["metric=simulation.gap.floor"]),
     "diagnose": (PENDULUM, ["seed=0"], ["seed=1"]),
+    "audit": ([*PENDULUM, "sets=[tuned.yaml]"], ["seed=0"], ["close=0.05"]),
     "plan": (["system=pendulum/pendulum.yaml", "limits=limits.yaml"], ["seed=0"], ["seed=1"]),
     "example": ([], ["name=pendulum"], ["name=flywheel"]),
     "next": (["answer=answer", "limits=limits.yaml", *PENDULUM], ["seed=0"], ["seed=1"]),
@@ -57,6 +58,7 @@ def place(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
     for name in ("pendulum", "flywheel"):
         shutil.copytree(EXAMPLES / name, tmp_path / name)
     (tmp_path / "limits.yaml").write_text(LIMITS)
+    (tmp_path / "tuned.yaml").write_text("b: 0.0254\n")
     if request.param == "evaluate":
         for seed in (0, 1):
             assert call(["train", *PENDULUM, *TINY, f"seed={seed}", f"out=fits{seed}"]) == 0

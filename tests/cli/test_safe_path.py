@@ -37,6 +37,7 @@ MORE = {
     "train": (*READS, "out=../fit", "device=none"),
     "evaluate": (*READS, "out=../judged", "fits=../none"),
     "next": (*READS, "out=../proposal", "answer=../none", "limits=../none"),
+    "audit": (*READS, "out=../audit", "parameters=[none]"),
     "plan": ("system=../draft/system.yaml", "out=../plan", "limits=../none"),
     "export": ("system=../draft/system.yaml", "out=../machine.fmu"),
     "compare": ("runs=..", "out=../table"),

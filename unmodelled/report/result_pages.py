@@ -49,7 +49,7 @@ def write_simulation_page(
         "Root mean square errors in units of the outputs, at the last sample of the free-run windows and "
         "over all samples of whole experiments; the gap in standard deviations of the outputs.",
     )
-    _write(
+    write_result_page(
         *(folder, "simulation.html.j2", [errors, gaps], {"worst": drawn}, live, machine),
         content=content,
         sentence=_simulated(content),
@@ -81,7 +81,7 @@ def write_training_page(
         }
         for law in content["laws"]
     ]
-    _write(
+    write_result_page(
         folder,
         "training.html.j2",
         [errors, *([_parameters(content)] if content["parameters"] else [])],
@@ -103,11 +103,12 @@ def write_uncertainty_page(
 ) -> None:
     """Write index.html, the page of an identified distribution: what scatters by how much, how sure it is."""
     sentence = _scattered(content, estimates, machine is not None)
-    values = {"content": content, "sentence": sentence}
-    _write(folder, "uncertainty.html.j2", [_estimates(estimates)], figures, live, machine, **values)
+    about = {"content": content, "sentence": sentence}
+    tables = [_estimates(estimates)]
+    write_result_page(folder, "uncertainty.html.j2", tables, figures, live, machine, **about)
 
 
-def _write(
+def write_result_page(
     folder: Path,
     template: str,
     tables: Sequence[Table],
@@ -116,6 +117,7 @@ def _write(
     machine: Content | None,
     **values: Any,
 ) -> None:
+    """Write index.html to a folder: a template with tables, figures and, where there is one, the machine."""
     text = one_file(
         template,
         live="" if live is None else as_block(with_scales(live)),

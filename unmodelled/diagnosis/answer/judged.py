@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from unmodelled.diagnosis.answer.assembled import Answered, assembled
-from unmodelled.diagnosis.answer.models import models_of
+from unmodelled.diagnosis.answer.models import Models, models_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel, LogFault
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
@@ -15,6 +15,7 @@ from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.known_physics import known_physics
 from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.diagnosis.judge.network import fit_network
+from unmodelled.effects.added import Added
 from unmodelled.effects.ports_between import (
     MOST_BETWEEN,
     comparable_ports,
@@ -24,10 +25,28 @@ from unmodelled.effects.ports_between import (
 from unmodelled.systems.model import System
 
 
-def judged(
-    given: Study, workers: int, progress: Callable[[str], None], faults: Sequence[LogFault] = ()
-) -> Diagnosis:
-    """Name the laws for which the evidence of the logs stands, beside the chain that every log has.
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The laws for which the evidence of the logs stands, and the models that leave."""
+
+    study: Study  # with the inputs of the judged model, and the ports between others at which laws act
+    found: Judgement
+    models: Models
+    every: Study  # as given, every experiment left out once: that of the gaps
+
+    @property
+    def laws(self) -> list[Added]:
+        """Return what is named, as it leaves: laws, and the part of the chain that is an effect."""
+        return self.models.augmented.last.laws
+
+    @property
+    def names_all(self) -> bool:
+        """Return whether nothing is left that no law names."""
+        return self.found.verdict not in ("main_effect", "unknown")
+
+
+def judged_models(given: Study, workers: int, progress: Callable[[str], None]) -> Judged:
+    """Name laws beside the chain that every log has, and fit the models that leave.
 
     No experiment is held out before: each is left out once, and the gaps are those of experiments left out.
     """
@@ -55,16 +74,24 @@ def judged(
         found = replace(found, verdict="effect")
     elif found.verdict == "unknown" and not models.augmented.matters:
         found = replace(found, verdict="no_gap")
-    study = replace(begun.study, system=used)
+    return Judged(replace(begun.study, system=used), found, models, every)
+
+
+def judged(
+    given: Study, workers: int, progress: Callable[[str], None], faults: Sequence[LogFault] = ()
+) -> Diagnosis:
+    """Return the diagnosis by the evidence of the logs."""
+    one, known = judged_models(given, workers, progress), given.system.port_names
+    models = one.models
 
     # 5. A network in every port of the known physics is the reference where something is left. In two ports
     #    it can do what one between them does.
-    if found.verdict in ("main_effect", "unknown"):
+    if not one.names_all:
         progress("fit a network in every port")
-        network = fit_network(found.looks[0].parent.base.physics, given.seed, system.port_names)
-        models = replace(models, neural=_network(network, every))
-    between = tuple(name for name in study.system.port_names if name not in system.port_names)
-    return assembled(Answered(study, found, models, between), tuple(faults))
+        network = fit_network(one.found.looks[0].parent.base.physics, given.seed, known)
+        models = replace(models, neural=_network(network, one.every))
+    between = tuple(name for name in one.study.system.port_names if name not in known)
+    return assembled(Answered(one.study, one.found, models, between), tuple(faults))
 
 
 def _with_ports_between(system: System) -> System:

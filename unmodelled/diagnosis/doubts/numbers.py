@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -77,6 +77,23 @@ class Numbers:
         determined = self._reach(own, level) < max(abs(value), unknown.scale)
         ends = self.interval(own, level)
         return Estimate(unit, known, value, ends, determined, self.fitted.at_bound(own))
+
+    def spread(self, names: Sequence[str]) -> Array:
+        """Return the covariance (names, names) of relative changes of fitted numbers, none of them zero."""
+        rows = [self._open[name][0] for name in names]
+        size = np.array([self._open[name][1].scale / self.fitted.fit.values[name] for name in names])
+        found = (self._covariance + self._scatter)[np.ix_(rows, rows)]
+        return np.asarray(found * np.outer(size, size))
+
+    def distance(self, values: Mapping[str, float], close: float) -> float:
+        """Return the squared distance of other values, SI by name in the fit, in standard deviations.
+
+        Differences are logarithms of ratios, so that numbers may change together as a product that the logs
+        determine allows; the share `close` counts as one standard deviation more.
+        """
+        ratio = np.array([value / self.fitted.fit.values[name] for name, value in values.items()])
+        off = np.where(ratio > 0.0, np.log(np.where(ratio > 0.0, ratio, 1.0)), ratio - 1.0)
+        return float(off @ np.linalg.solve(self.spread([*values]) + close**2 * np.eye(len(off)), off))
 
     def correlations(self, names: Sequence[str]) -> dict[tuple[str, str], float]:
         """Return correlations by pair of names; none of fewer than two numbers."""

@@ -53,7 +53,7 @@ def undetermined(fitted: FittedHypothesis) -> tuple[Remark, ...]:
     found, effects = _determination(fitted), fitted.hypothesis.effects
     within = [next((e for e in effects if set(m) <= set(e.units)), None) for m in found.combinations]
     pairs = list(zip(found.combinations, within, strict=True))
-    remarks = [_combination(fitted, moves) for moves, effect in pairs if effect is None]
+    remarks = [combination(fitted, moves) for moves, effect in pairs if effect is None]
     for each in effects:
         names = dict.fromkeys(n for moves, effect in pairs if effect is each for n in moves)
         remarks += [_curve(each, tuple(names))] if names else []
@@ -170,8 +170,8 @@ def _sparse(rows: Array) -> Array:
     return np.asarray(rows / np.abs(rows).max(axis=1, keepdims=True, initial=_TINY))
 
 
-def _combination(fitted: FittedHypothesis, moves: Mapping[str, float]) -> Remark:
-    """Say which products are determined, or how the numbers can change together."""
+def combination(fitted: FittedHypothesis, moves: Mapping[str, float]) -> Remark:
+    """Say which products are determined, or how numbers can change together, by relative changes of each."""
     names = tuple(moves)
     one = "one of the two" if len(names) == 2 else "one of them"
     todo = f"measure {one} separately, or log motions that tell them apart"
