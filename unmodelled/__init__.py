@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from unmodelled.api.answer import Answer as Answer
     from unmodelled.api.answer_list import AnswerList as AnswerList
     from unmodelled.api.answer_list import list_answers as list_answers
+    from unmodelled.api.comparison import Comparison as Comparison
+    from unmodelled.api.comparison import compare as compare
     from unmodelled.api.diagnosis import check_law as check_law
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.diagnosis import read_answer as read_answer
@@ -58,6 +60,7 @@ else:
     _NAMES = {
         "api.answer": ("Answer",),
         "api.answer_list": ("AnswerList", "list_answers"),
+        "api.comparison": ("Comparison", "compare"),
         "api.diagnosis": ("check_law", "diagnose", "read_answer"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),
