@@ -92,6 +92,8 @@ def command_of(content: Mapping[str, Any], out: Path | None = None) -> str:
     words |= {"horizon": f"{content['gap']['horizon']}", "seed": f"{content['seed']}"}
     if changed := content.get("options"):
         words["options"] = "{" + ", ".join(f"{name}: {value}" for name, value in changed.items()) + "}"
+    if left_out := content.get("without"):
+        words["without"] = f"[{','.join(left_out)}]"
     words |= {} if out is None else {"out": os.path.relpath(out)}
     return shlex.join(["unmodelled", "diagnose", *(f"{name}={value}" for name, value in words.items())])
 
