@@ -135,6 +135,20 @@ def unit_text(unit: str | None) -> str:
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), str(unit))
 
 
+def changed(value: float, given: float, unit: str) -> str:
+    r"""Format a value that stands instead of another one, with as many digits as tell them apart.
+
+    Examples:
+        >>> changed(0.4, 22.918, "N m s/rad"), changed(1.0042, 1.0, "kg")
+        ('0.4\xa0N\xa0m\xa0s/rad instead of 22.9', '1.004\xa0kg instead of 1')
+    """
+    for digits in range(3, 8):
+        one, other = amounts([value, given], unit, digits)
+        if one != other:
+            break
+    return f"{one} instead of {other.partition(chr(0xA0))[0]}"
+
+
 def part_of(part: float, whole: float, unit: str) -> str:
     r"""Format a part of a whole, both with the digits that the smaller one needs.
 

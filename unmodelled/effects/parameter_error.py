@@ -1,6 +1,5 @@
 """Number of the file that is wrong, though the file does not mark it as uncertain."""
 
-from unmodelled.base.wording import amounts
 from unmodelled.effects.effect import ParameterEffect
 from unmodelled.effects.law import Amplitude, Law, Told
 from unmodelled.effects.place import Place, Site
@@ -27,9 +26,8 @@ class ParameterError(ParameterEffect):
         name, given = at.place.name, at["p"].low
         error, (low, high) = f"{name}_error", sorted((_LEAST * given, _MOST * given))
         amplitude = Amplitude("1", _PLAUSIBLE * abs(given), (low, high))
-        told = {error: Told("right value", f"{name} + {{0}}", shift=given)}
-        phrase = f"{name} = {{{error}}} instead of {amounts([given], at.unit, 3)[0]}"
-        return Law(f"p + {error}", {error: amplitude}, told=told, phrase=phrase)
+        told = {error: Told(symbol=name, shift=given, instead=given)}
+        return Law(f"p + {error}", {error: amplitude}, told=told, phrase=f"{name} = {{{error}}}")
 
 
 def _may_be_wrong(p: Parameter) -> bool:

@@ -265,6 +265,7 @@ def _changes(file: Path) -> list[tuple[str, str]]:
 
 def _equation(law: str, left: str) -> str:
     """The law as formulas, or as it is written where it is too long for that."""
+    law = law.rpartition(" = ")[2]  # of another value of a parameter
     try:
         return formula(law, left)
     except BadInput:

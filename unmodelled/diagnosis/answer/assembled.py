@@ -258,5 +258,5 @@ def _too_small(found: Judgement) -> Iterator[str]:
             base, parent = look.parent.base, look.parent
             share = base.share(parent.residual)
             output = base.recording.logs.outputs[int(np.argmax(share))]
-            yield small_gap(output, float(share.max()), one.speaker.added, one.kind, one.speaker.removed)
+            yield small_gap(output, float(share.max()), one.speaker.added, one.speaker.removed)
             return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from unmodelled.base.wording import amounts, part_of
+from unmodelled.base.wording import amounts, changed, part_of
 from unmodelled.diagnosis.answer.guesses import Over
 from unmodelled.diagnosis.data.result import DiagnosedEffect
 from unmodelled.effects.added import Added
@@ -69,6 +69,8 @@ def _told(found: DiagnosedEffect, name: str) -> str:
 def _amount(number: Said) -> str:
     """The first value of a number with its unit, beside the whole of which it is a part."""
     (value, *_) = number.values
+    if number.instead is not None:
+        return changed(value, number.instead, number.unit)
     if number.whole is not None:
         return part_of(value, number.whole, number.unit)
     ratio = number.unit in ("", "1", "-")

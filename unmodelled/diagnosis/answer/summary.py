@@ -114,7 +114,7 @@ def _effect(
         _named(found.added, ports)
         | own
         | {
-            "law": found.added.law,
+            "law": _law(found),
             **({"text": text} if text else {}),
             **({"compensation": file} if file in files else {}),
             "parameters": {
@@ -131,6 +131,15 @@ def _effect(
             **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
         }
     )
+
+
+def _law(found: DiagnosedEffect) -> str:
+    """The law in names of the augmented system, in which a number that was wrong has its right value."""
+    added = found.added
+    if not added.is_other_value:
+        return added.law
+    (error,) = added.amplitudes
+    return f"{added.place.name} = {added.told[error].shift + found.estimates[error].value:.4g}"
 
 
 def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:
