@@ -105,6 +105,16 @@ _LONG = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e-3, "m"), (0.0, 1e-6, "µ"))
 
 
+def clock(seconds: float) -> tuple[float, str]:
+    """Return the unit in which a time of so many seconds reads best: its size in s, and its name.
+
+    Examples:
+        >>> clock(90.0), clock(480.0), clock(9000.0)
+        ((1.0, 's'), (60.0, 'min'), (3600.0, 'h'))
+    """
+    return next(((size, unit) for size, unit in _LONG if seconds >= 2.0 * size), (1.0, "s"))
+
+
 def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
     r"""Format quantities of one unit for a sentence, with the prefix that suits the largest of them.
 
@@ -120,8 +130,8 @@ def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
     """
     largest = max(map(abs, values), default=0.0)
     size, prefix = 1.0, ""
-    if unit == "s" and largest >= 2.0 * _LONG[-1][0]:
-        size, unit = next(each for each in _LONG if largest >= 2.0 * each[0])
+    if unit == "s":
+        size, unit = clock(largest)
     if unit in _PREFIXED and 1e-7 <= largest < 0.1:
         size, prefix = next((size, prefix) for least, size, prefix in _PREFIXES if largest >= least)
     shown = [f"{number(float(f'{v / size:.{digits}g}'))} {prefix}{unit_text(unit)}" for v in values]
