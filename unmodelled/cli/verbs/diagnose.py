@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from unmodelled.api.diagnosis import diagnose as diagnosed
 from unmodelled.base.ownership import verb
 
 
@@ -45,6 +44,9 @@ def diagnose(
         BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot
             be used.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.diagnosis import diagnose as diagnosed
+
     found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, without=without)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))
