@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from unmodelled.base.ownership import verb
+from unmodelled.cli.colour import coloured
 
 
 @verb()
@@ -49,4 +51,4 @@ def diagnose(
 
     found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, without=without)
     notes = found.save(out)
-    print("\n".join([str(found), *(f"note: {note}" for note in notes)]))
+    print(coloured("\n".join([str(found), *(f"note: {note}" for note in notes)]), sys.stdout))
