@@ -155,6 +155,13 @@ def test_another_value_is_told_beside_that_of_the_file(tmp_path: Path) -> None:
     assert table.rows[0][0].text == "k"
 
 
+def test_a_usual_mistake_stands_beside_the_right_value(tmp_path: Path) -> None:
+    wrong = Place("parameter", "k")
+    one = found(system_of(TABLE, tmp_path), "parameter_error", "", wrong, {"k_error": 22.518})
+    told = content(one)["text"].replace("\xa0", " ")
+    assert told == "k = 22.9 N m/A instead of 0.4 (57.3 times too small, as by degrees instead of radians)"
+
+
 @pytest.mark.parametrize(
     ("text", "law", "place", "kind"),
     [

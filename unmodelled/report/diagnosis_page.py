@@ -217,9 +217,8 @@ def _tiles(content: Mapping[str, Any]) -> list[tuple[str, str]]:
     for name, entry in [*fallen(content), *every][:1]:
         after = "with the effects" if content["effects"] else "with refitted parameters"
         models = {"known": "as given", **({"augmented": after} if fitted else {})}
-        known = [entry[model] for model in models if entry[model] is not None]
-        shown = iter(amounts(known, entry["unit"]))
-        texts = ["diverges" if entry[model] is None else next(shown) for model in models]
+        values = [entry[model] for model in models]
+        texts = ["diverges" if v is None else amounts([v], entry["unit"])[0] for v in values]
         about = f"error of {name} after {amounts([gap['horizon']], 's')[0]}, {' and '.join(models.values())}"
         tiles.insert(0, (" → ".join(texts), about))
     if content["effects"]:
