@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from unmodelled.api.answer_list import list_answers as list_answers
     from unmodelled.api.audit import Audit as Audit
     from unmodelled.api.audit import audit as audit
+    from unmodelled.api.comparison import Comparison as Comparison
+    from unmodelled.api.comparison import compare as compare
     from unmodelled.api.diagnosis import check_law as check_law
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.diagnosis import read_answer as read_answer
@@ -61,6 +63,7 @@ else:
         "api.answer": ("Answer",),
         "api.answer_list": ("AnswerList", "list_answers"),
         "api.audit": ("Audit", "audit"),
+        "api.comparison": ("Comparison", "compare"),
         "api.diagnosis": ("check_law", "diagnose", "read_answer"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),

@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import json
 import os
 import string
 import subprocess
@@ -241,3 +242,39 @@ def test_missing_keys_and_files_are_refused_before_the_libraries_are_loaded(word
     ]
     ran = python("-c", "\n".join(lines))
     assert ran.stdout == "2 []\n" and len(ran.stderr.splitlines()) == 1
+
+
+REFUSALS = """
+import json, sys
+from unmodelled.__main__ import PROGRAM
+from unmodelled.cli.command_line import main
+codes = []
+for words in json.loads(sys.argv.pop()):
+    try:
+        codes.append(main(PROGRAM, words))
+    except SystemExit as left:
+        codes.append(left.code)
+slow = {"numpy", "pandas", "scipy", "sympy", "numba", "matplotlib"} & set(sys.modules)
+print(codes, sorted(slow))
+"""
+
+
+def test_what_is_given_is_checked_before_libraries_are_loaded(tmp_path: Path) -> None:
+    """A refusal takes less than a second: 6 CPU seconds where scipy and numba are loaded first."""
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "thesis.tex").write_text("years of work")
+    given = [f"system={ROOT}/systems/pendulum.yaml", f"logs={tmp_path}"]
+    foreign, new = f"out={tmp_path}/thesis", f"out={tmp_path}/new"
+    calls = [
+        ["diagnose"],
+        ["diagnose", "system=none.yaml", f"logs={tmp_path}", new],
+        ["diagnose", *given, foreign],
+        ["diagnose", *given, "horizon=abc", new],
+        ["simulate", *given, foreign],
+        ["identifiability", *given, "limit=x", new],
+        ["plan", given[0], "limits=limits.yaml", foreign],
+        ["report", f"answers={tmp_path}", f"out={tmp_path}/thesis/thesis.tex/list"],
+        ["init", f"logs={tmp_path}", f"out={tmp_path}/thesis/thesis.tex/list"],
+    ]
+    found = python("-c", REFUSALS, json.dumps(calls))
+    assert found.stdout == f"{[2] * len(calls)} []\n", found.stderr

@@ -250,9 +250,9 @@ def test_a_chain_that_explains_most_of_the_gap_may_be_the_machine() -> None:
 def test_a_small_gap_names_what_would_remove_it(machine: tuple[System, Logs]) -> None:
     system, logs = machine
     law = effect("coulomb_friction").add(system, JOINT, scales_of(system, logs))
-    told = small_gap("theta", 0.002, law, "dry friction", 0.8).replace("\xa0", " ")
+    told = small_gap("theta", 0.002, law, 0.8).replace("\xa0", " ")
     assert told.startswith(
         "the gap of theta is 0.2 % of the motion; dry friction at joint would remove 80 % of its square: "
     )
     spread = effect("scatter").add(system, B, scales_of(system, logs))
-    assert "; parameter deviation of b would remove " in small_gap("theta", 0.01, spread, "number", 0.8)
+    assert "; parameter deviation of b would remove " in small_gap("theta", 0.01, spread, 0.8)

@@ -1,6 +1,6 @@
 """Fits recover what was planted, with right derivatives, starts, bounds and step sizes."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.diagnosis.judge.last_fits import settled
 
 
 def errors_of(found: ParameterFit, truth: dict[str, float]) -> Array:
@@ -224,3 +225,39 @@ def test_a_fit_may_end_where_an_iteration_gains_little(tmp_path: Path) -> None:
     exact, near = (fit_parameters(simulation, [B, MGL, F_C], share=share) for share in (1e-9, 0.9))
     assert near.converged and near.simulations < exact.simulations
     assert exact.left.value <= near.left.value < 1.2 * exact.left.value
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A fit that ended."""
+
+    converged: bool
+    simulations: int
+    every: str
+
+
+@dataclass(frozen=True)
+class Fitted:
+    fit: Ended
+
+
+class Fits:
+    """A base whose fits end as given, one after the other."""
+
+    def __init__(self, *ends: Ended) -> None:
+        self.ends, self.starts = list(ends), list[object]()
+
+    def fit(self, _: object, start: object) -> Fitted:
+        self.starts.append(start)
+        return Fitted(self.ends.pop(0))
+
+
+def test_a_fit_whose_error_still_falls_goes_on_from_its_numbers() -> None:
+    done = Fits(Ended(True, 40, "a"))
+    assert settled(done, None, "start").fit.simulations == 40  # type: ignore[arg-type]
+    early = Fits(Ended(False, 40, "a"), Ended(True, 25, "b"))
+    found = settled(early, None, "start").fit  # type: ignore[arg-type]
+    assert (found.converged, found.every, found.simulations) == (True, "b", 65)
+    assert early.starts == ["start", "a"]
+    never = Fits(Ended(False, 40, "a"), Ended(False, 25, "b"))
+    assert not settled(never, None, "start").fit.converged  # type: ignore[arg-type]

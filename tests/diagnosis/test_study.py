@@ -144,3 +144,9 @@ def test_an_answer_is_made_with_them_and_says_so() -> None:
     assert usual.verdict == sure.verdict == "effect" and "options" not in usual.content
     narrow, wide = (np.ptp(answer.effects[0].F_c.interval) for answer in (usual, sure))
     assert wide > 1.3 * narrow and sure.content["options"] == {"level": 0.999}
+    for answer, alpha in ((usual, 0.05), (sure, 0.001), (usual, 0.001)):
+        told = answer.conf_int(alpha).loc["F_c", ["low", "high"]].tolist()
+        level = sure if alpha < 0.05 else usual
+        assert told == pytest.approx(level.effects[0].F_c.interval, rel=1e-6)
+    assert usual.fit is not None and usual.fit.converged
+    assert usual.fit.evaluations > 10 and usual.fit.seconds is not None and usual.fit.seconds > 0.1

@@ -25,10 +25,12 @@ from unmodelled.diagnosis.answer.column_units import (
 from unmodelled.diagnosis.answer.live import _scale
 from unmodelled.diagnosis.answer.live_machine import about_machine, machine
 from unmodelled.diagnosis.answer.live_numbers import _as_said
+from unmodelled.diagnosis.answer.sentences import _verdict as verdict_lines
 from unmodelled.diagnosis.answer.sentences import numbers_of
 from unmodelled.diagnosis.answer.summary import _effect
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Estimate
+from unmodelled.effects.library import kind_of
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.logs.logs import Logs
@@ -132,6 +134,47 @@ def test_an_effect_is_told_in_the_words_of_the_trade(
     gap = {"units": {"y": {"unit": "m", "known": 2.0, "augmented": 1.0}}, "horizon": 0.3, "shrink": 1.0}
     line = outcome({"effects": [told], "gap": gap, "verdict": "effect", "confidence": 0.9})
     assert line.replace("\xa0", " ").lower().startswith(f"{words}: the error".lower())
+
+
+def test_another_value_is_told_beside_that_of_the_file(tmp_path: Path) -> None:
+    """Of a wrong number, the right one, never the error that is added."""
+    wrong = Place("parameter", "k")
+    one = found(system_of(TABLE, tmp_path), "parameter_error", "", wrong, {"k_error": 0.3})
+    told = content(one)
+    assert told["law"] == "k = 0.7"
+    assert told["text"].replace("\xa0", " ") == "k = 0.7 N m/A instead of 0.4"
+    told |= {"parameter": "k", "port": "gear"}
+    assert list(numbers_of(told)) == ["k = 0.700 N m/A (95 % interval 0.670 to 0.730)"]
+    answer = {"effects": [told], "logs": [], "verdict": "effect", "confidence": 0.9, "remainder": None}
+    lines = [line.replace("\xa0", " ") for line in verdict_lines(answer)]
+    assert lines[1].startswith("- Parameter error of k: k = 0.7 N m/A instead of 0.4 (explains 95 %")
+    assert not any("k_error" in line for line in lines)
+    gap = {"units": {"y": {"unit": "m", "known": 2.0, "augmented": 1.0}}, "horizon": 0.3, "shrink": 1.0}
+    assert outcome({**answer, "gap": gap}).startswith("k = 0.7")
+    (table,) = parameter_tables({"effects": [told]})
+    assert table.rows[0][0].text == "k"
+
+
+def test_a_usual_mistake_stands_beside_the_right_value(tmp_path: Path) -> None:
+    wrong = Place("parameter", "k")
+    one = found(system_of(TABLE, tmp_path), "parameter_error", "", wrong, {"k_error": 22.518})
+    told = content(one)["text"].replace("\xa0", " ")
+    assert told == "k = 22.9 N m/A instead of 0.4 (57.3 times too small, as by degrees instead of radians)"
+
+
+@pytest.mark.parametrize(
+    ("text", "law", "place", "kind"),
+    [
+        (BOILER, LOSS, WALL, "heat loss"),
+        (BOILER, ("storage", ""), WALL, "storage"),
+        (text_of("tank.yaml"), ("root_outflow", ""), Place("port", "vessel"), "outflow"),
+        (TABLE, ("viscous_friction", ""), PORT, "damping"),
+    ],
+)
+def test_what_a_balance_loses_has_its_name(
+    tmp_path: Path, text: str, law: tuple[str, str], place: Place, kind: str
+) -> None:
+    assert kind_of(found(system_of(text, tmp_path), *law, place, {}).added) == kind
 
 
 @pytest.mark.parametrize(

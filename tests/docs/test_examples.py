@@ -14,8 +14,8 @@ CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT 
 FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
 #: Modules whose examples take longer than two seconds.
-LONG = {f"unmodelled.api.{name}" for name in ("answer_list", "diagnosis", "learned_laws", "next_experiment")}
-LONG |= {"unmodelled.effects.own_law", "unmodelled.learning.evaluation"}
+LONG = {f"unmodelled.api.{name}" for name in ("answer_list", "comparison", "diagnosis", "learned_laws")}
+LONG |= {"unmodelled.api.next_experiment", "unmodelled.effects.own_law", "unmodelled.learning.evaluation"}
 LONG |= {"unmodelled.learning.uncertainty.identified"}
 
 

@@ -1,8 +1,10 @@
 """What simulate, diagnose, identifiability and identify_uncertainty return: texts, tables, pages, files."""
 
 import inspect
+import os
 import re
 from dataclasses import FrozenInstanceError, fields, replace
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,7 @@ from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.where.where import where
 from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
 from unmodelled.learning.uncertainty.problem import callable_response
+from unmodelled.report.diagnosis_page import command_of
 from unmodelled.report.figures.files import figures_of
 
 CONF = Path(um.__file__).parent / "conf"
@@ -277,9 +280,13 @@ def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp
 def test_the_page_names_the_command_that_gives_the_same_answer(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out")
     system, logs = answer.inputs()
-    files = f"system={system.source} logs={logs.source}"
-    for figure in read_json(tmp_path / "out" / "figures" / "figures.json"):
-        assert figure["command"] == f"unmodelled diagnose {files} horizon={HORIZON} seed=3"
+    paths = {"system": system.source, "logs": logs.source, "out": tmp_path / "out"}
+    files, logged, out = (f"{name}={os.path.relpath(path)}" for name, path in paths.items())
+    page = unescape((tmp_path / "out" / "index.html").read_text())
+    command = f"unmodelled diagnose {files} {logged} horizon={HORIZON} seed=3 {out}"
+    assert page.count(f">{command}<") == 1
+    without = command_of({**answer.content, "without": ["drift", "scatter"]}, tmp_path / "out")
+    assert without == command.replace(" out=", " 'without=[drift,scatter]' out=")
 
 
 def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) -> None:
@@ -323,12 +330,13 @@ def test_every_public_attribute_of_an_answer_is_documented_typed_and_readable(
     answer: um.Answer, tmp_path: Path
 ) -> None:
     refused = {"file": "augmented_system.yaml", "reason": "theta diverges", "keep": "pendulum.yaml"}
-    told = replace(answer, content={**answer.content, "refused": [refused]})
+    fit = {"converged": True, "evaluations": 80, "seconds": 4.2}
+    told = replace(answer, content={**answer.content, "refused": [refused], "fit": fit})
     assert told.refused == ("augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml",)
     with pytest.raises(um.BadInput, match=r"not written: augmented_system\.yaml is not offered"):
         um.write_fmu(told, tmp_path / "machine.fmu")
     kinds = {"DataFrame": pd.DataFrame, "ComparisonTable": pd.DataFrame, "GapLocation": type(answer.where)}
-    kinds |= {"str": str, "float": float, "System": um.System, "Path": Path}
+    kinds |= {"FitSummary | None": tuple, "str": str, "float": float, "System": um.System, "Path": Path}
     attributes = {field.name for field in fields(um.Answer)}
     for name in [name for name in dir(um.Answer) if not name.startswith("_") and name not in attributes]:
         member = inspect.getattr_static(um.Answer, name)
@@ -387,6 +395,36 @@ def test_an_answer_has_a_summary_and_gives_a_law_by_name(answer: um.Answer) -> N
         um.BadInput, match=r"^law: the answer does not name 'backlash': it names coulomb_frict"
     ):
         answer.law("backlash")
+
+
+def test_intervals_of_an_answer_have_any_level(answer: um.Answer) -> None:
+    spread = {"curvature": 1.0, "experiments": 2.0, "count": 5, "bounds": [-3.0, None]}
+    about = {"unit": "N m", "value": 0.0, "interval": [-3.0, 6.0], "determined": True, "at_bound": False}
+    scattered = {**about, "values": {"run1": 1.0, "run2": 3.0, "run3": 2.0}}
+    numbers = {"F_c": {**about, "spread": spread}, "gain": scattered, "c": about}
+    fixed = {"b": {"known": 0.1, "identified": 0.1, "unit": "N m s/rad", "interval": [0.1, 0.1]}}
+    effect = {**answer.content["effects"][0], "parameters": numbers}
+    told = replace(answer, content={**answer.content, "effects": [effect], "parameters": fixed})
+    usual, narrow = told.conf_int(), told.conf_int(alpha=0.5)
+    assert usual.index.tolist() == ["b", "F_c", "gain", "c"] and usual.loc["F_c", "unit"] == "N m"
+    # Student's t of four degrees of freedom: 2.776 and 0.741, cut at the lower bound
+    assert usual.loc["F_c", ["low", "high"]].tolist() == pytest.approx([-3.0, 5.553], abs=1e-3)
+    assert narrow.loc["F_c", ["low", "high"]].tolist() == pytest.approx([-1.481, 1.481], abs=1e-3)
+    assert narrow.loc["gain", ["low", "high"]].tolist() == [1.5, 2.5]
+    assert usual.loc["b", ["low", "high"]].tolist() == [0.1, 0.1]
+    assert usual.loc["c", ["low", "high"]].isna().all()  # of an answer that does not say it
+    for alpha in (0.0, 1.0, True, "95"):
+        with pytest.raises(um.BadInput, match=r"^alpha: must be between 0 and 1, got "):
+            told.conf_int(alpha)  # type: ignore[arg-type]
+
+
+def test_an_answer_says_how_its_fit_ended(answer: um.Answer) -> None:
+    assert answer.fit is None  # nothing was fitted for it
+    fit = {"converged": False, "evaluations": 311}
+    told = replace(answer, content={**answer.content, "fit": fit})
+    assert told.fit == (False, 311, None)
+    assert str(told.fit) == "the fit ended before it converged after 311 simulations"
+    assert replace(told, content={**told.content, "fit": {**fit, "seconds": 2.5}}).fit == (False, 311, 2.5)
 
 
 def test_a_family_that_is_left_out_is_one_of_the_library() -> None:

@@ -74,7 +74,7 @@ def test_the_page_needs_nothing_else(folder: Path, tmp_path: Path) -> None:
 def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     text = page_of(folder, tmp_path / "out")
     amount = r'<h1 class="sentence">[\d.]+\xa0mN\xa0m of Coulomb friction at joint: '
-    falls = r"the error after 0\.1\xa0s falls from [\d.]+\xa0mrad to [\d.]+\xa0mrad on experiments that"
+    falls = r"the error after 0\.1\xa0s falls from [\d.]+\xa0mrad to [\d.]+\xa0[mµ]rad on experiments that"
     assert re.search(amount + falls, text)
     assert re.search(r"<title>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
     assert re.search(r">What remains is [\d.]+ times the error that sensor noise alone causes\.<", text)

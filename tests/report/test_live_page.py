@@ -21,6 +21,7 @@ from tests.diagnosis.diagnoses import FRICTION, Said, diagnosis
 from tests.diagnosis.studies import ANGLE
 from tests.report.test_simulation_script import simulated
 from unmodelled.base.files import write_json
+from unmodelled.base.wording import clock, number
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import write_live
 from unmodelled.diagnosis.answer.summary import summary
@@ -125,6 +126,14 @@ def test_what_the_page_says_of_other_numbers_is_what_python_computes(page: Page,
         page.locator("#live-mode").select_option(index=index)
         error = (simulated(found, model, substeps, whole) - found.logs.y)[rows]
         assert errors(page)[1] == pytest.approx(np.sqrt(np.nanmean(error**2)), rel=1e-9)
+
+
+def test_times_and_large_numbers_read_as_in_python(page: Page) -> None:
+    for seconds in (0.5, 119.0, 480.0, 12_000.0, 400_000.0):
+        found = page.evaluate("s => format.clock(s)", seconds)
+        assert (found["size"], found["unit"]) == clock(seconds)
+    for value in (0.0, 9999.0, 12_000.0, -2_396_000.0, 0.05):
+        assert page.evaluate("v => format.shown(v)", value) == number(value)
 
 
 def test_a_switch_takes_an_effect_out(page: Page) -> None:

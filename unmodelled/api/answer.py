@@ -16,7 +16,8 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from unmodelled.api.named_effect import GapLocation, NamedEffect
+from unmodelled.api.intervals import interval_table
+from unmodelled.api.named_effect import FitSummary, GapLocation, NamedEffect
 from unmodelled.base.errors import BadInput, closest, printable
 from unmodelled.base.files import copy_results, replacing_folder
 from unmodelled.base.markers import links_in
@@ -172,6 +173,12 @@ class Answer:
         return tuple(str(Refusal(entry["file"], entry["reason"], entry["keep"])) for entry in entries)
 
     @property
+    def fit(self) -> FitSummary | None:
+        """Return how the fit of the numbers ended: converged, evaluations, seconds; None if none was made."""
+        fit = self.content.get("fit")
+        return None if fit is None else FitSummary(fit["converged"], fit["evaluations"], fit.get("seconds"))
+
+    @property
     def shrink(self) -> float:
         """Return the share of the squared gap above the noise floor that the effects explain, 0 to 1."""
         return float(self.content["gap"]["shrink"])
@@ -227,6 +234,26 @@ class Answer:
     def parameters(self) -> pd.DataFrame:
         """Return the refitted parameters: name, unit, known, identified, low, high (95 % interval), SI."""
         return parameter_table(self.content)
+
+    def conf_int(self, alpha: float = 0.05) -> pd.DataFrame:
+        """Return confidence intervals of all fitted numbers, a row each by name; SI.
+
+        The wider one of two counts: by the curvature of the error, and by fits without one experiment each
+        (jackknife, Student's t). It is cut at the bounds of the number.
+
+        Args:
+            alpha: probability that a number lies outside, between 0 and 1; default 0.05.
+
+        Returns:
+            Columns low, high and unit; first the refitted parameters, then the numbers of the effects. A
+            number that every experiment has for itself has the range of its values.
+
+        Raises:
+            BadInput: when alpha is not between 0 and 1.
+        """
+        if isinstance(alpha, bool) or not isinstance(alpha, int | float) or not 0.0 < alpha < 1.0:
+            raise BadInput(f"alpha: must be between 0 and 1, got {alpha!r}")
+        return interval_table(self.content, 1.0 - alpha)
 
     @property
     def comparison(self) -> pd.DataFrame:

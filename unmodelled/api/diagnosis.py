@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.api.answer import Answer
@@ -82,12 +84,12 @@ def diagnose(
         >>> bool(after.value < 0.1 * before.value)
         True
     """
-    limits = Options.of(options)
+    limits, started = Options.of(options), time.monotonic()
     own = given_laws(laws)
     file = str(laws) if isinstance(laws, str | Path) else ""
     with silence() if quiet else nullcontext():
         found = findings(*read_inputs(system, logs), horizon, seed, workers, own, limits, without)
-    return Answer.of(found, file)
+    return Answer.of(replace(found, seconds=round(time.monotonic() - started, 1)), file)
 
 
 def check_law(law: Law, system: SystemGiven, logs: LogsGiven) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import extending_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
+from unmodelled.diagnosis.answer.column_units import axis_unit
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.effects.place import Place, site
@@ -24,6 +25,7 @@ from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import learned_efforts
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
+from unmodelled.systems.units import LoggedUnit
 from unmodelled.systems.writer import write_system
 
 if TYPE_CHECKING:
@@ -104,8 +106,12 @@ class LearnedLaws:
             raise BadInput(f"network: {network!r} has no law{closest(network, names)}")
         law = self.laws[0 if network is None else names.index(network)]
         named = {"position": law.port.position, "velocity": law.port.velocity}
-        axes = {column: f"{named[column]} ({printed(unit)})" for column, unit in law.units.items()}
-        return learned_law(law.samples, axes, law.port.unit)
+        samples, axes = law.samples.copy(), dict[str, str]()
+        for column, si in law.units.items():
+            unit = axis_unit(self.fit.system, str(named[column])) or LoggedUnit(si, 1.0, 0.0)
+            samples[column] = unit.from_si(samples[column].to_numpy(float))
+            axes[column] = f"{named[column]} ({printed(unit.text)})"
+        return learned_law(samples, axes, law.port.unit)
 
     def save(self, folder: Path | str) -> None:
         """Write a page (index.html), the formulas (learned.json) and learned_system.yaml to the folder of

@@ -29,6 +29,25 @@ class Number(NamedTuple):
     interval: tuple[float, ...]
 
 
+class FitSummary(NamedTuple):
+    """End of the fit of the numbers of an answer.
+
+    Attributes:
+        converged: whether the error stopped falling before the iterations were used up.
+        evaluations: simulated sets of numbers.
+        seconds: duration of the diagnosis, s; None where it was not written down.
+    """
+
+    converged: bool
+    evaluations: int
+    seconds: float | None
+
+    def __repr__(self) -> str:
+        took = "" if self.seconds is None else f", {self.seconds:g} s in all"
+        end = "converged" if self.converged else "ended before it converged"
+        return f"the fit {end} after {self.evaluations} simulations{took}"
+
+
 @dataclass(frozen=True, repr=False)
 class NamedEffect:
     """Effect that the model leaves out, as an answer names it.

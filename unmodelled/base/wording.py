@@ -105,6 +105,16 @@ _LONG = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"))
 _PREFIXES = ((0.1, 1.0, ""), (1e-4, 1e-3, "m"), (0.0, 1e-6, "µ"))
 
 
+def clock(seconds: float) -> tuple[float, str]:
+    """Return the unit in which a time of so many seconds reads best: its size in s, and its name.
+
+    Examples:
+        >>> clock(90.0), clock(480.0), clock(9000.0)
+        ((1.0, 's'), (60.0, 'min'), (3600.0, 'h'))
+    """
+    return next(((size, unit) for size, unit in _LONG if seconds >= 2.0 * size), (1.0, "s"))
+
+
 def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
     r"""Format quantities of one unit for a sentence, with the prefix that suits the largest of them.
 
@@ -120,8 +130,8 @@ def amounts(values: Sequence[float], unit: str, digits: int = 2) -> list[str]:
     """
     largest = max(map(abs, values), default=0.0)
     size, prefix = 1.0, ""
-    if unit == "s" and largest >= 2.0 * _LONG[-1][0]:
-        size, unit = next(each for each in _LONG if largest >= 2.0 * each[0])
+    if unit == "s":
+        size, unit = clock(largest)
     if unit in _PREFIXED and 1e-7 <= largest < 0.1:
         size, prefix = next((size, prefix) for least, size, prefix in _PREFIXES if largest >= least)
     shown = [f"{number(float(f'{v / size:.{digits}g}'))} {prefix}{unit_text(unit)}" for v in values]
@@ -133,6 +143,20 @@ def unit_text(unit: str | None) -> str:
     if unit in (None, "", "-", "1"):
         return ""
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), str(unit))
+
+
+def changed(value: float, given: float, unit: str) -> str:
+    r"""Format a value that stands instead of another one, with as many digits as tell them apart.
+
+    Examples:
+        >>> changed(0.4, 22.918, "N m s/rad"), changed(1.0042, 1.0, "kg")
+        ('0.4\xa0N\xa0m\xa0s/rad instead of 22.9', '1.004\xa0kg instead of 1')
+    """
+    for digits in range(3, 8):
+        one, other = amounts([value, given], unit, digits)
+        if one != other:
+            break
+    return f"{one} instead of {other.partition(chr(0xA0))[0]}"
 
 
 def part_of(part: float, whole: float, unit: str) -> str:

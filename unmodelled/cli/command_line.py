@@ -43,6 +43,7 @@ FORMS = {
     "<verb> -m key=a,b": "one run for every combination, in folders under outputs/",
     "compare <folder>": "the runs of a sweep as one table and figure",
     "report <folder>": "the answers of all diagnoses in a folder as one page",
+    "completion bash": "what makes bash complete verbs, keys and paths (also zsh); eval it at start",
     "<verb> -q": "results without progress",
     "<verb> -v": "the configuration, progress every second, and the time",
     "--version": "the version",
@@ -87,6 +88,14 @@ def _main(program: Program, arguments: list[str]) -> int:
     verb, rest = arguments[0], arguments[1:]
     if verb in ("-V", "--version", "version"):
         print(program.version())
+        return 0
+    if verb == "completion":
+        from unmodelled.cli.completion import completion
+
+        try:
+            print(completion(program, rest))
+        except BadInput as error:
+            return refuse(error)
         return 0
     if verb not in program.verbs:
         return refuse(BadInput(f"unknown verb {verb!r}{closest(verb, program.verbs)}"))

@@ -6,6 +6,7 @@ import sys
 
 from unmodelled.base import workers
 from unmodelled.base.errors import BadInput
+from unmodelled.cli.colour import coloured
 
 #: Faults of one input that are shown.
 FAULTS = 20
@@ -19,7 +20,7 @@ def refuse(error: BadInput) -> int:
     more = f" ({count} more {'fault' if count == 1 else 'faults'} below)" if count else ""
     also = [f"also: {other}" for other in error.others[: FAULTS - 1]]
     rest = [f"... and {count - len(also)} more"] if count > len(also) else []
-    print("\n".join([f"error: {error}{more}", *also, *rest]), file=sys.stderr)
+    print(coloured("\n".join([f"error: {error}{more}", *also, *rest]), sys.stderr), file=sys.stderr)
     return 2
 
 

@@ -26,6 +26,8 @@ USUAL_PERIODS = 3.0
 LawKind = Literal[
     "dry friction",
     "damping",
+    "loss",
+    "storage",
     "elasticity",
     "play",
     "load",

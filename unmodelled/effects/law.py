@@ -147,6 +147,7 @@ class Told:
             and no difference; default False.
         shift: SI value that is said where the number is zero; default 0.
         whole: SI value of which the number is a part, such as the known mass; default None.
+        instead: SI value of the system file that the said one stands instead of; default None.
     """
 
     words: str = ""
@@ -156,6 +157,7 @@ class Told:
     level: bool = False
     shift: float = 0.0
     whole: float | None = None
+    instead: float | None = None
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,12 @@ from unmodelled.base.errors import BadInput
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import PLACE_KINDS, Effect, LawKind, PortEffect
 from unmodelled.systems.model import System
+from unmodelled.systems.units import parse_unit
 
 #: Group of entry points by which other packages add laws; each names an object, not a class.
 GROUP = "unmodelled.laws"
+#: What a balance loses, by the unit of its effort.
+LOSSES = {"W": "heat loss", "m^3/s": "outflow", "kg/s": "outflow", "A": "leakage"}
 
 
 @cache
@@ -37,9 +40,16 @@ def _kinds() -> dict[tuple[str, str], LawKind]:
     return {(effect.family, effect.variant): effect.kind for effect in effects()}
 
 
-def kind_of(added: Added) -> LawKind:
-    """Return the kind of a law; that of its place for a law that is not in the library."""
-    return _kinds().get((added.family, added.variant), PLACE_KINDS[added.place.kind])
+def kind_of(added: Added) -> str:
+    """Return the kind of a law; that of its place for a law that is not in the library.
+
+    A loss is called by what a balance loses.
+    """
+    kind = _kinds().get((added.family, added.variant), PLACE_KINDS[added.place.kind])
+    if kind != "loss":
+        return kind
+    own = parse_unit(added.system.port(added.place.name).unit).dimension
+    return next((words for unit, words in LOSSES.items() if parse_unit(unit).dimension == own), kind)
 
 
 def without_own_laws(system: System) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ SURROUNDINGS = "surroundings at {x_a}"
 class LinearLoss(BalanceEffect):
     """Loss in proportion to the level; no body loses heat towards 0 K."""
 
-    kind = "damping"
+    kind = "loss"
     family = "linear_loss"
     warm = False
 
@@ -23,7 +23,7 @@ class LinearLoss(BalanceEffect):
 class LossToKnownLevel(ToKnownSurroundings):
     """Exchange in proportion to the difference from a known level, such as the ambient temperature."""
 
-    kind = "damping"
+    kind = "loss"
     family = "linear_loss"
 
     def law(self, at: Site) -> Law:
@@ -35,7 +35,7 @@ class LossToKnownLevel(ToKnownSurroundings):
 class LossToSurroundings(BalanceEffect):
     """Exchange in proportion to the difference from the level of the surroundings."""
 
-    kind = "damping"
+    kind = "loss"
     family = "linear_loss"
     variant = "to_surroundings"
 

@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 class NonlinearLoss(BalanceEffect):
     """Polynomial of order three about the middle of the levels."""
 
-    kind = "damping"
+    kind = "loss"
     family = "nonlinear_loss"
     says = "loss that changes by {q_1} over half of the range"
     says_negative = "loss that falls by {q_1} over half of the range"

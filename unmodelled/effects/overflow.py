@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 class Overflow(BalanceEffect):
     """Flow in proportion to the level above a threshold, as through a valve that opens."""
 
-    kind = "damping"
+    kind = "loss"
     family = "overflow"
     says = "overflow above {x_o}"
     warm = False

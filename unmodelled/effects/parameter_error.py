@@ -1,6 +1,5 @@
 """Number of the file that is wrong, though the file does not mark it as uncertain."""
 
-from unmodelled.base.wording import amounts
 from unmodelled.effects.effect import ParameterEffect
 from unmodelled.effects.law import Amplitude, Law, Told
 from unmodelled.effects.place import Place, Site
@@ -28,8 +27,8 @@ class ParameterError(ParameterEffect):
         error, (low, high) = f"{name}_error", sorted((_LEAST * given, _MOST * given))
         amplitude = Amplitude("1", _PLAUSIBLE * abs(given), (low, high))
         told, phrase, negative = _of_robot(at, error) or (
-            Told("right value", f"{name} + {{0}}", shift=given),
-            f"{name} = {{{error}}} instead of {amounts([given], at.unit, 3)[0]}",
+            Told(symbol=name, shift=given, instead=given),
+            f"{name} = {{{error}}}",
             "",
         )
         amplitudes = {error: amplitude}

@@ -53,6 +53,12 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
     return system, tuple(names)
 
 
+def with_all_ports_between(system: System) -> System:
+    """Return the system with a port between all ports of one kind where these are few."""
+    pairs = comparable_ports(system)
+    return with_ports_between(system, pairs)[0] if len(pairs) <= MOST_BETWEEN else system
+
+
 def with_named_ports(system: System, names: Collection[str]) -> System:
     """Return the system with those ports between two of its ports that are named.
 

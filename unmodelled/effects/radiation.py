@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 class RadiationToKnownLevel(ToKnownSurroundings):
     """Heat that a body radiates to surroundings whose temperature is known."""
 
-    kind = "damping"
+    kind = "loss"
     family = "radiation"
     warm = True
 
@@ -23,7 +23,7 @@ class RadiationToKnownLevel(ToKnownSurroundings):
 class Radiation(BalanceEffect):
     """Heat that a body radiates to its surroundings (Stefan and Boltzmann); only where the level is in K."""
 
-    kind = "damping"
+    kind = "loss"
     family = "radiation"
     warm = True
 

@@ -11,7 +11,7 @@ _SHALLOW = 1e-3
 class RootOutflow(BalanceEffect):
     """Turbulent outflow in proportion to the square root of the level."""
 
-    kind = "damping"
+    kind = "loss"
     family = "root_outflow"
     warm = False
 

@@ -12,7 +12,7 @@ _SLOW, _SLOWEST = 0.5, 10.0
 class Storage(BalanceEffect):
     """Exchange in proportion to the difference from the level of a store, which is at rest at the start."""
 
-    kind = "number"
+    kind = "storage"
     family = "storage"
     says = "second store behind {k}, time constant {tau_n}"
 

@@ -26,6 +26,7 @@ class Said:
     values: tuple[float, ...]  # in `unit`
     unit: str
     whole: float | None = None  # value of which the said one is a part, in `unit`
+    instead: float | None = None  # value of the system file, in `unit`
 
 
 def said(added: Added, name: str, values: Sequence[float]) -> Said:
@@ -36,8 +37,8 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
     elif name in added.signals:
         unit = unit_of(added.system, added.signals[name], told.level) or unit
     shown = tuple((told.factor * value + told.shift - unit.offset) / unit.factor for value in values)
-    whole = None if told.whole is None else told.whole / unit.factor
-    return Said(told.symbol.format(name), told.words, shown, unit.text, whole)
+    whole, instead = (None if v is None else v / unit.factor for v in (told.whole, told.instead))
+    return Said(told.symbol.format(name), told.words, shown, unit.text, whole, instead)
 
 
 def told_wave(added: Added, name: str, values: Mapping[str, float], digits: int) -> str:

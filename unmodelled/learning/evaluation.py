@@ -12,12 +12,15 @@ import pandas as pd
 from unmodelled.base.arrays import Indices
 from unmodelled.base.errors import BadInput
 from unmodelled.base.notebook import shown
+from unmodelled.effects.telling import unit_of
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
 from unmodelled.learning.nnap import Nnap
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.units import LoggedUnit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,27 +38,31 @@ class Evaluation:
         efforts: efforts of the networks on the training experiments: columns id, t (s), and one per network,
             the mean over the models that were trained on the experiment.
         surface: networks of two inputs on a grid: columns stage, network, q0, q1 (the inputs) and effort.
-        units: unit of every measured state by its name.
+        units: unit of every measured state by its name, that of the column which shows it where there is one.
+        error_units: the same of errors: K on a scale in degC.
     """
 
     errors: pd.DataFrame
     examples: pd.DataFrame
     efforts: pd.DataFrame
     surface: pd.DataFrame
-    units: Mapping[str, str]
+    units: Mapping[str, LoggedUnit]
+    error_units: Mapping[str, LoggedUnit]
 
     def table(self) -> pd.DataFrame:
-        """Return the errors of the free runs by state.
+        """Return the errors of the free runs by state, in the units of the log.
 
         Returns:
             One row per measured state: state, unit, median, low and high (smallest and largest root mean
             square error over the free runs), runs (their number) and diverged (number of diverged free runs).
         """
-        groups = self.errors.groupby("state", sort=False)
+        size = self.errors["state"].map({name: unit.factor for name, unit in self.error_units.items()})
+        errors = self.errors.assign(rmse=self.errors["rmse"] / size)
+        groups = errors.groupby("state", sort=False)
         rmse = groups["rmse"]
         columns = {"median": rmse.median(), "low": rmse.min(), "high": rmse.max(), "runs": rmse.size()}
         table = pd.DataFrame({**columns, "diverged": groups["diverged"].sum().astype(int)}).reset_index()
-        table.insert(1, "unit", [self.units[str(name)] for name in table["state"]])
+        table.insert(1, "unit", [self.error_units[str(name)].text for name in table["state"]])
         return table
 
     def tables(self) -> dict[str, pd.DataFrame]:
@@ -100,9 +107,11 @@ class Evaluation:
         figure = Figure(layout="constrained")
         axes = figure.subplots(len(states), sharex=True, squeeze=False)[:, 0]
         for axis, state in zip(axes, states, strict=True):
-            axis.plot(shown["t"], shown[f"{state}_measured"], color="0.6", label="measured")
-            axis.plot(shown["t"], shown[state], label="simulated")
-            axis.set_ylabel(f"{state} [{self.units[state]}]")
+            unit = self.units[state]
+            both = (unit.from_si(shown[name].to_numpy(float)) for name in (f"{state}_measured", state))
+            axis.plot(shown["t"], next(both), color="0.6", label="measured")
+            axis.plot(shown["t"], next(both), label="simulated")
+            axis.set_ylabel(f"{state} [{unit.text}]")
         axes[0].legend()
         axes[0].set_title(f"held-out experiment {name}")
         axes[-1].set_xlabel("t [s]")
@@ -165,5 +174,11 @@ def judged(
         examples=found.examples,
         efforts=learned_efforts(model, logs, trained, repeats),
         surface=surfaces({"converged": model}, logs),
-        units={state.name: state.unit for state in model.structure.system.states},
+        units=_units(model.structure.system, level=True),
+        error_units=_units(model.structure.system, level=False),
     )
+
+
+def _units(system: System, *, level: bool) -> dict[str, LoggedUnit]:
+    """Units of the states as the log has them, of points on their scales or of differences."""
+    return {s.name: unit_of(system, s.name, level) or LoggedUnit(s.unit, 1.0, 0.0) for s in system.states}

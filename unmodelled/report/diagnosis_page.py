@@ -92,6 +92,8 @@ def command_of(content: Mapping[str, Any], out: Path | None = None) -> str:
     words |= {"horizon": f"{content['gap']['horizon']}", "seed": f"{content['seed']}"}
     if changed := content.get("options"):
         words["options"] = "{" + ", ".join(f"{name}: {value}" for name, value in changed.items()) + "}"
+    if left_out := content.get("without"):
+        words["without"] = f"[{','.join(left_out)}]"
     words |= {} if out is None else {"out": os.path.relpath(out)}
     return shlex.join(["unmodelled", "diagnose", *(f"{name}={value}" for name, value in words.items())])
 
@@ -215,9 +217,8 @@ def _tiles(content: Mapping[str, Any]) -> list[tuple[str, str]]:
     for name, entry in [*fallen(content), *every][:1]:
         after = "with the effects" if content["effects"] else "with refitted parameters"
         models = {"known": "as given", **({"augmented": after} if fitted else {})}
-        known = [entry[model] for model in models if entry[model] is not None]
-        shown = iter(amounts(known, entry["unit"]))
-        texts = ["diverges" if entry[model] is None else next(shown) for model in models]
+        values = [entry[model] for model in models]
+        texts = ["diverges" if v is None else amounts([v], entry["unit"])[0] for v in values]
         about = f"error of {name} after {amounts([gap['horizon']], 's')[0]}, {' and '.join(models.values())}"
         tiles.insert(0, (" → ".join(texts), about))
     if content["effects"]:
@@ -263,6 +264,7 @@ def _changes(file: Path) -> list[tuple[str, str]]:
 
 def _equation(law: str, left: str) -> str:
     """The law as formulas, or as it is written where it is too long for that."""
+    law = law.rpartition(" = ")[2]  # of another value of a parameter
     try:
         return formula(law, left)
     except BadInput:

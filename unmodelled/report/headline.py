@@ -77,7 +77,7 @@ def outcome(content: Mapping[str, Any]) -> str:
     *others, last = _each(content["effects"], _amount_of)
     together = f"{', '.join(others)} and {last}" if others else last
     name, entry = shown[0]
-    before, after = amounts([entry["known"], entry["augmented"]], entry["unit"])
+    before, after = (amounts([entry[model]], entry["unit"])[0] for model in ("known", "augmented"))
     of, (late,) = f" of {name}" if len(gap["units"]) > 1 else "", amounts([gap["horizon"]], "s")
     return (
         f"{_capital(together)}: the error{of} after {late} falls from {before} to {after} "

@@ -68,9 +68,9 @@ class System:
     def __repr__(self) -> str:
         entries = {
             "states": [_named(s.name, s.unit) for s in self.states],
-            "inputs": [_named(u.name, u.unit) for u in self.inputs],
-            "outputs": [_named(y.name, y.unit) for y in self.outputs],
-            "operating point": [_named(c.name, c.unit) for c in self.operating_point],
+            "inputs": [_named(u.name, u.column_unit) for u in self.inputs],
+            "outputs": [_named(y.name, y.column_unit) for y in self.outputs],
+            "operating point": [_named(c.name, c.column_unit) for c in self.operating_point],
             "parameters": [
                 f"{p.name} = {p.value:g} {_plain(p.unit)}".rstrip() + ", to be identified" * p.identify
                 for p in self.parameters

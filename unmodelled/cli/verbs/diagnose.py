@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from unmodelled.api.diagnosis import diagnose as diagnosed
 from unmodelled.base.ownership import verb
+from unmodelled.cli.colour import coloured
 
 
 @verb()
@@ -45,6 +46,9 @@ def diagnose(
         BadInput: when the system file, the logs, the horizon, the seed, a law or an option cannot
             be used.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.diagnosis import diagnose as diagnosed
+
     found = diagnosed(system, logs, horizon, seed, laws=laws, options=options, without=without)
     notes = found.save(out)
-    print("\n".join([str(found), *(f"note: {note}" for note in notes)]))
+    print(coloured("\n".join([str(found), *(f"note: {note}" for note in notes)]), sys.stdout))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.example import write_example
 from unmodelled.base.ownership import verb
 
 #: What comes next.
@@ -25,4 +24,7 @@ def example(name: str, out: Path) -> None:
     Raises:
         BadInput: when there is no such example.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.example import write_example
+
     write_example(name, out)

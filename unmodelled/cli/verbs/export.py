@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.fmu import write_fmu
 from unmodelled.base.ownership import Out, verb
 
 
@@ -25,6 +24,9 @@ def export(system: Path, out: Path) -> None:
         BadInput: when the system file cannot be used, the extra `fmu` is not installed, or the file cannot be
             written.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.fmu import write_fmu
+
     found = write_fmu(system, out)
     print(f"inputs: {', '.join(f'{u.name} ({u.unit})' for u in found.inputs) or 'none'}")
     print(f"outputs: {', '.join(f'{y.name} ({y.unit})' for y in found.outputs)}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.parameter_study import identifiability as studied
 from unmodelled.base.ownership import verb
 
 
@@ -32,6 +31,9 @@ def identifiability(
     Raises:
         BadInput: when the system or the logs cannot be used, or a parameter does not exist.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.parameter_study import identifiability as studied
+
     found = studied(system, logs, parameters, limit, floor)
     found.save(out)
     print(found)

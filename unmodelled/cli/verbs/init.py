@@ -9,7 +9,6 @@ from unmodelled.base.errors import printable
 from unmodelled.base.files import write_texts
 from unmodelled.base.ownership import Out, verb
 from unmodelled.cli.overrides import quoted
-from unmodelled.drafting.first_files import first_files
 
 
 @verb(Out.SHARED, inside=["logs"], beside=["logs"])
@@ -36,6 +35,9 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
             already, one of the files exists (no file is overwritten), or the robot file does not fit the
             logs.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.drafting.first_files import first_files
+
     found = first_files(logs, robot, system, out)
     print(found.table)
     write_texts(found.texts)

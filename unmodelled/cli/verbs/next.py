@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from unmodelled.api.diagnosis import read_answer
-from unmodelled.api.next_experiment import next_experiment
 from unmodelled.base.ownership import verb
 
 
@@ -34,6 +32,10 @@ def next(
         BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the
             system file or the logs have moved, or when no experiment keeps the limits.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.diagnosis import read_answer
+    from unmodelled.api.next_experiment import next_experiment
+
     found = read_answer(answer)
     proposal = next_experiment(replace(found, given=found.inputs(system, logs)), limits, seed)
     proposal.save(out)

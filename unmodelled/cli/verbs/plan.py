@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.plan import plan as planned
 from unmodelled.base.ownership import verb
 
 
@@ -25,6 +24,9 @@ def plan(system: Path, limits: Path, inputs: Path | None, out: Path, seed: int =
         BadInput: when the system file, the limits or the inputs cannot be used, or no experiment keeps the
             limits.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.plan import plan as planned
+
     found = planned(system, limits, inputs, seed)
     found.save(out)
     print(found)

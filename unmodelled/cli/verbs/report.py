@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.answer_list import list_answers
 from unmodelled.base.ownership import Out, verb
 
 
@@ -24,6 +23,9 @@ def report(answers: Path, out: Path | None) -> None:
     Raises:
         BadInput: when there is no answer, or index.html exists and is no earlier list.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.answer_list import list_answers
+
     found = list_answers(answers)
     page = found.save(out)
     print(found)

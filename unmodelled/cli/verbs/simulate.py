@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from unmodelled.api.simulation import simulate as simulated
 from unmodelled.base.ownership import verb
 
 #: What to do with the result (`unmodelled.cli.written`).
@@ -41,6 +40,9 @@ def simulate(
     Raises:
         BadInput: when the system file, the logs, the horizon or an id cannot be used.
     """
+    # what takes seconds to load, after the checks of `verb`
+    from unmodelled.api.simulation import simulate as simulated
+
     found = simulated(system, logs, horizon, only)
     found.save(out)
     print(found)

@@ -32,6 +32,7 @@ from unmodelled.diagnosis.data.result import (
     DiagnosedEffect,
     Diagnosis,
     Estimate,
+    FitEnd,
     LogFault,
     Remainder,
 )
@@ -89,6 +90,12 @@ class Answered:
         found = self.numbers.estimate(name, unit, known, self.study.options.level)
         kinds = dict.fromkeys(doubt.kind for doubt in self.doubts if name in doubt.numbers)
         return replace(found, remarks=tuple(kinds))
+
+    @property
+    def fit(self) -> FitEnd:
+        """Return how the fit of the numbers that leave ended."""
+        fit = self.models.augmented.last.fitted.fit
+        return FitEnd(fit.converged, fit.simulations)
 
     @cached_property
     def named(self) -> list[Named]:
@@ -160,6 +167,7 @@ def assembled(answered: Answered, faults: tuple[LogFault, ...]) -> Diagnosis:
         evidence=evidence(found),
         alike=most_alike(found),
         strangers=strangers(found),
+        fit=answered.fit,
     )
 
 
@@ -232,6 +240,11 @@ def _notes(answered: Answered) -> Iterator[str]:
     for law in (law for law in answered.laws if law.is_other_value):
         given, (error,) = known[law.place.name], law.amplitudes
         yield from filter(None, [usual_mistake(given, given.value + answered.numbers.last.values[error])])
+    if not answered.fit.converged:
+        yield (
+            f"the fit of the numbers ended after {answered.fit.evaluations} simulations while the error "
+            "still fell: numbers may be off by more than their intervals; try a shorter horizon"
+        )
     models = answered.models.known, answered.models.augmented.model
     for model in models:
         yield from (f"{model.label}: {note}" for note in model.gap.notes)
@@ -245,5 +258,5 @@ def _too_small(found: Judgement) -> Iterator[str]:
             base, parent = look.parent.base, look.parent
             share = base.share(parent.residual)
             output = base.recording.logs.outputs[int(np.argmax(share))]
-            yield small_gap(output, float(share.max()), one.speaker.added, one.kind, one.speaker.removed)
+            yield small_gap(output, float(share.max()), one.speaker.added, one.speaker.removed)
             return

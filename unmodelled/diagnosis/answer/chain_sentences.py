@@ -12,6 +12,7 @@ from unmodelled.base.kind_words import kind_name
 from unmodelled.base.wording import amounts, law_name, place_name
 from unmodelled.diagnosis.data.result import ChainPart
 from unmodelled.effects.added import Added
+from unmodelled.effects.library import kind_of
 from unmodelled.systems.model import Input, Output
 from unmodelled.systems.units import parse_unit
 
@@ -22,7 +23,8 @@ RATIOS = ("", "1", "-")
 #: Share of a delay that all channels have, within which they have it alike: no window ends at one instant.
 ROUNDING = 0.05
 #: Words for parameters that lose power, by a unit of their dimension.
-LOSSES = {"N s/m": "damping", "N m s/rad": "damping", "ohm": "resistance", "s": "time constant"}
+LOSSES = {"N s/m": "damping", "N m s/rad": "damping", "W/K": "heat loss", "ohm": "resistance"}
+LOSSES |= {"s": "time constant"}
 
 
 def chain_entry(part: ChainPart) -> dict[str, Any]:
@@ -98,24 +100,24 @@ def chain_explains(share: float) -> str:
     )
 
 
-def small_gap(output: str, share: float, added: Added, kind: str, removed: float) -> str:
+def small_gap(output: str, share: float, added: Added, removed: float) -> str:
     """Return a note on a gap that is too small to name the law that would explain it.
 
-    The gap of the output is the `share` of the error of a prediction without a model; the law, of a kind
-    such as dry friction, would remove the share `removed` of the squared gap.
+    The gap of the output is the `share` of the error of a prediction without a model; the law would remove
+    the share `removed` of the squared gap.
     """
-    law, (size,), (part,) = _kind(added, kind), amounts([100.0 * share], "%"), amounts([100.0 * removed], "%")
+    law, (size,), (part,) = _kind(added), amounts([100.0 * share], "%"), amounts([100.0 * removed], "%")
     return (
         f"the gap of {output} is {size} of the motion; {law} would remove {part} of its square: "
         f"if errors of this size matter, log motions in which {law} shows more"
     )
 
 
-def _kind(added: Added, kind: str) -> str:
+def _kind(added: Added) -> str:
     """Kind and place in words."""
     place = added.place
     where = {"parameter": place.name} if place.kind == "parameter" else {}
-    return kind_name({"kind": kind, "port": place.channel, **where})
+    return kind_name({"kind": kind_of(added), "port": place.channel, **where})
 
 
 def _role(part: ChainPart) -> Role:

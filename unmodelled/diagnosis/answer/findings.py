@@ -43,6 +43,7 @@ class Findings:
     laws: tuple[Law, ...] = ()  # of the user that were tried, too
     options: Options = DEFAULT_OPTIONS
     without: tuple[str, ...] = ()  # families of the library that were not tried
+    seconds: float | None = None  # that the diagnosis took, where they are told
 
     @property
     def content(self) -> dict[str, Any]:
@@ -50,7 +51,9 @@ class Findings:
         own: dict[str, Any] = {"laws": [law.definition for law in self.laws]} if self.laws else {}
         own |= {"without": list(self.without)} if self.without else {}
         own |= {"options": self.options.changed} if self.options.changed else {}
-        return summary(self.diagnosis, self.where, self.robot, self.refused) | own
+        found = summary(self.diagnosis, self.where, self.robot, self.refused) | own
+        took = "fit" in found and self.seconds is not None
+        return found | ({"fit": found["fit"] | {"seconds": self.seconds}} if took else {})
 
     def with_notes(self, *notes: str) -> Findings:
         """Return the same findings with further notes."""

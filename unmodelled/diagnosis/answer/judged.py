@@ -16,12 +16,7 @@ from unmodelled.diagnosis.judge.known_physics import known_physics
 from unmodelled.diagnosis.judge.last_fits import LastFit
 from unmodelled.diagnosis.judge.network import fit_network
 from unmodelled.effects.added import Added
-from unmodelled.effects.ports_between import (
-    MOST_BETWEEN,
-    comparable_ports,
-    with_named_ports,
-    with_ports_between,
-)
+from unmodelled.effects.ports_between import with_all_ports_between, with_named_ports
 from unmodelled.systems.model import System
 
 
@@ -54,7 +49,7 @@ def judged_models(given: Study, workers: int, progress: Callable[[str], None]) -
 
     # 3. The known physics, with a port between ports of one kind: laws between two bodies are compared like
     #    all others. What any law explains beside the measurement chain is told by its evidence.
-    larger = replace(given, system=_with_ports_between(system))
+    larger = replace(given, system=with_all_ports_between(system))
     begun = known_physics(larger, progress)
     found = judge(begun.study, begun.fitted, workers, progress)
 
@@ -92,12 +87,6 @@ def judged(
         models = replace(models, neural=_network(network, one.every))
     between = tuple(name for name in one.study.system.port_names if name not in known)
     return assembled(Answered(one.study, one.found, models, between), tuple(faults))
-
-
-def _with_ports_between(system: System) -> System:
-    """The system with a port between all ports of one kind where these are few."""
-    pairs = comparable_ports(system)
-    return with_ports_between(system, pairs)[0] if len(pairs) <= MOST_BETWEEN else system
 
 
 def _with_used_ports(system: System, found: Judgement) -> System:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from unmodelled.base.wording import amounts, part_of
+from unmodelled.base.wording import amounts, changed, part_of
 from unmodelled.diagnosis.answer.guesses import Over
 from unmodelled.diagnosis.data.result import DiagnosedEffect
+from unmodelled.diagnosis.doubts.usual_mistakes import mistake_of
 from unmodelled.effects.added import Added
 from unmodelled.effects.telling import Said, said, told_wave
 
@@ -72,6 +73,9 @@ def _told(found: DiagnosedEffect, name: str, without_sign: bool) -> str:
 def _amount(number: Said) -> str:
     """The first value of a number with its unit, beside the whole of which it is a part."""
     (value, *_) = number.values
+    if number.instead is not None:
+        mistake = mistake_of(number.instead, value)
+        return changed(value, number.instead, number.unit) + (f" ({mistake})" if mistake else "")
     if number.whole is not None:
         return part_of(value, number.whole, number.unit)
     ratio = number.unit in ("", "1", "-")

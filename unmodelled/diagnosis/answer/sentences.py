@@ -22,6 +22,8 @@ VERDICTS = {
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
+#: What only the law of another value of a parameter has.
+OTHER_VALUE = " = "
 #: Changed numbers of a robot file that are listed.
 MOST_CHANGES = 6
 
@@ -53,8 +55,11 @@ def _verdict(content: Entry) -> Iterator[str]:
         if effect.get("kind"):
             yield f"- {ranking_sentence(content, effect)}. {kind_sentence(effect)}"
             start = "    "
-        yield f"{start}{_capital(effect_name(effect))}{size}: {effect['law']} ({_explains(effect)}, {sure})"
-        if text := effect.get("text"):
+        law, text = effect["law"], effect.get("text")
+        if text and OTHER_VALUE in law:
+            law, text = text, None
+        yield f"{start}{_capital(effect_name(effect))}{size}: {law} ({_explains(effect)}, {sure})"
+        if text:
             yield f"    {text}"
         yield from (f"    {line}" for line in numbers_of(effect))
         if table := effect.get("compensation"):

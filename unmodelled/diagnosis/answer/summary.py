@@ -47,10 +47,11 @@ def summary(
 
     Beside the entries of the contract it has: `text` of an effect, and `shown` of its numbers and of the
     errors of an output, as a person says them in the units of the logs, where that differs; `compensation` of
-    an effect, the name of the table that compensates the error of its sensor; `remarks` of a
-    number that is doubtful, their kinds (`Remark`); `only_with`, the effects without which an effect hardly
-    lowers the error; `variant` of
-    an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
+    an effect, the name of the table that compensates the error of its sensor; `remarks` of a number that is
+    doubtful, their kinds (`Remark`); `spread` of a fitted number, from which intervals of any level follow;
+    `fit`, how the fit of the numbers ended (`FitEnd`), with the `seconds` of the diagnosis where they are
+    known; `only_with`, the effects without which an effect hardly lowers the error; `variant` of an effect
+    that has several; `parameter` of an effect on a parameter, whose port is where the parameter
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
     `interval` are their mean and 95 % range; `chance`, see `Diagnosis`; `refused`, the files that are not
     offered, with the file to `keep`; `robot` of a system with a robot file (`RobotFile.content`).
@@ -86,6 +87,7 @@ def summary(
         "notes": list(diagnosis.notes),
         "refused": [refusal.content for refusal in refused],
         **({} if robot is None else {"robot": robot.content}),
+        **({} if diagnosis.fit is None else {"fit": vars(diagnosis.fit)}),
         **_by_evidence(diagnosis, ports),
     }
     return {name: _plain(value) for name, value in content.items()}
@@ -112,7 +114,7 @@ def _effect(
         _named(found.added, ports)
         | own
         | {
-            "law": found.added.law,
+            "law": _law(found),
             **({"text": text} if text else {}),
             **({"compensation": file} if file in files else {}),
             "parameters": {
@@ -129,6 +131,15 @@ def _effect(
             **({"only_with": [_named(added, ports) for added in found.only_with]} if found.only_with else {}),
         }
     )
+
+
+def _law(found: DiagnosedEffect) -> str:
+    """The law in names of the augmented system, in which a number that was wrong has its right value."""
+    added = found.added
+    if not added.is_other_value:
+        return added.law
+    (error,) = added.amplitudes
+    return f"{added.place.name} = {added.told[error].shift + found.estimates[error].value:.4g}"
 
 
 def _likely(found: DiagnosedEffect) -> list[dict[str, Any]]:
@@ -195,7 +206,8 @@ def _about(estimate: Estimate, more: Sequence[str] = ()) -> dict[str, Any]:
     """Unit and uncertainty of a number, with further kinds of remarks."""
     found = {name: getattr(estimate, name) for name in ("unit", "interval", "determined", "at_bound")}
     remarks = [*estimate.remarks, *more]
-    return {**found, "remarks": remarks} if remarks else found
+    found |= {"remarks": remarks} if remarks else {}
+    return found if estimate.spread is None else found | {"spread": vars(estimate.spread)}
 
 
 def _own(unit: str, values: Mapping[str, float]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import sympy as sp
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.remark import Kind
+from unmodelled.diagnosis.data.spread import Spread
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
@@ -54,6 +55,7 @@ class Estimate:
     determined: bool = True  # whether the logs determine the number
     at_bound: bool = False  # whether it ended at one of its bounds
     remarks: tuple[Kind, ...] = ()  # kinds of the remarks on it
+    spread: Spread | None = None  # from which intervals follow; None for a number that was not fitted
 
     @property
     def sure(self) -> bool:
@@ -121,6 +123,14 @@ class Evidence:
 
 
 @dataclass(frozen=True)
+class FitEnd:
+    """End of a fit."""
+
+    converged: bool  # whether the error stopped falling before the iterations were used up
+    evaluations: int  # simulated sets of numbers
+
+
+@dataclass(frozen=True)
 class Remainder:
     """Error that is left with the named effects, and the part of it that a flexible model predicts."""
 
@@ -164,6 +174,7 @@ class Diagnosis:
     evidence: tuple[Evidence, ...] = ()  # of laws by length of the windows, the shortest first
     alike: Evidence | None = None  # of the most alike law where none is named
     strangers: tuple[str, ...] = ()  # ids of experiments that the named effects do not predict better
+    fit: FitEnd | None = None  # of the numbers that leave; None where nothing was fitted
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from unmodelled.base.arrays import Array
 from unmodelled.diagnosis.data.result import Estimate, Interval
+from unmodelled.diagnosis.data.spread import Spread
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.diagnosis.judge.last_fits import LastFit
@@ -47,22 +47,20 @@ class Numbers:
 
     def error(self, name: str) -> float:
         """Return the standard error of a number that leaves, SI: the larger of both."""
-        k, unknown = self._open[self.last.names[name]]
-        return float(np.sqrt(max(self._covariance[k, k], self._scatter[k, k]))) * unknown.scale
+        spread = self._spread(self.last.names[name])
+        return max(spread.curvature, spread.experiments)
 
-    def _reach(self, own: str, level: float) -> float:
-        """Half of the interval, SI: the jackknife of few experiments by Student's t."""
-        (k, unknown), upper, runs = self._open[own], 0.5 + 0.5 * level, len(self.last.left_out.steps)
-        by_runs = float(stdtrit(runs - 1, upper)) * np.sqrt(self._scatter[k, k]) if runs > 1 else 0.0
-        return float(max(by_runs, ndtri(upper) * np.sqrt(self._covariance[k, k]))) * unknown.scale
+    def _spread(self, own: str) -> Spread:
+        """How sure an open number is."""
+        k, unknown = self._open[own]
+        squares = self._covariance[k, k], self._scatter[k, k]
+        curvature, experiments = (np.sqrt(squares) * unknown.scale).tolist()
+        return Spread(curvature, experiments, len(self.last.left_out.steps), (unknown.low, unknown.high))
 
     def interval(self, own: str, level: float) -> Interval:
         """Return the interval, SI, of a number of the fit, cut at its bounds; of no width if not fitted."""
         value = self.fitted.fit.values[own]
-        if own not in self._open:
-            return value, value
-        reach, (_, unknown) = self._reach(own, level), self._open[own]
-        return max(value - reach, unknown.low), min(value + reach, unknown.high)
+        return self._spread(own).interval(value, level) if own in self._open else (value, value)
 
     def estimate(self, name: str, unit: str, known: float, level: float) -> Estimate:
         """Return a number that leaves with its interval; one that was not fitted has no width.
@@ -73,10 +71,10 @@ class Numbers:
         if own not in self._open:
             value = _value_in(self.last, name)
             return Estimate(unit, known, value, (value, value))
-        value, (_, unknown) = self.last.values[name], self._open[own]
-        determined = self._reach(own, level) < max(abs(value), unknown.scale)
-        ends = self.interval(own, level)
-        return Estimate(unit, known, value, ends, determined, self.fitted.at_bound(own))
+        value, (_, unknown), spread = self.last.values[name], self._open[own], self._spread(own)
+        determined = spread.reach(level) < max(abs(value), unknown.scale)
+        at_bound, ends = self.fitted.at_bound(own), self.interval(own, level)
+        return Estimate(unit, known, value, ends, determined, at_bound, spread=spread)
 
     def spread(self, names: Sequence[str]) -> Array:
         """Return the covariance (names, names) of relative changes of fitted numbers, none of them zero."""

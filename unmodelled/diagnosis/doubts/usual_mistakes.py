@@ -28,10 +28,20 @@ def usual_mistake(given: Parameter, right: float) -> str:
         >>> usual_mistake(Parameter("kp", "N m/rad", 18.0), 20.0)
         ''
     """
-    ratio = right / given.value
+    known, mistake = quantity(given.value, given.unit), mistake_of(given.value, right)
+    return f"{given.name} = {known} of the file is {mistake}" if mistake else ""
+
+
+def mistake_of(given: float, right: float) -> str:
+    """Return by which usual factor a number is wrong, in words; empty if it is none.
+
+    Examples:
+        >>> mistake_of(22.9, 0.4)
+        '57.2 times too large, as by degrees instead of radians'
+    """
+    ratio = right / given
     way, times = ("small", ratio) if abs(ratio) > 1.0 else ("large", 1.0 / ratio)
     for factor, mistake in MISTAKES.items():
         if abs(times / factor - 1.0) < NEAR:
-            known = quantity(given.value, given.unit)
-            return f"{given.name} = {known} of the file is {times:.3g} times too {way}, as by {mistake}"
+            return f"{times:.3g} times too {way}, as by {mistake}"
     return ""

@@ -13,6 +13,8 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.fitting.unknowns import Start
+from unmodelled.diagnosis.judge.base import Base
 from unmodelled.diagnosis.judge.chain import Key, chain_of
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
@@ -146,7 +148,17 @@ def _fit(last: Parent, system: System, kept: Collection[Key], named: Collection[
     hypothesis, names = among(last.fitted.hypothesis, kept, system, float(np.sqrt(last.base.tau / tau)))
     start = {name: values[before] for name, before in names.items() if before in values}
     effects = tuple(replace(e, usual=e.usual and e.key not in named) for e in hypothesis.effects)
-    return LastFit(last.base.fit(replace(hypothesis, effects=effects), start), tau)
+    return LastFit(settled(last.base, replace(hypothesis, effects=effects), start), tau)
+
+
+def settled(base: Base, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
+    """Return a fit, continued once where it ended while its error still fell."""
+    first = base.fit(hypothesis, start)
+    if first.fit.converged:
+        return first
+    second = base.fit(hypothesis, first.fit.every)
+    simulations = first.fit.simulations + second.fit.simulations
+    return replace(second, fit=replace(second.fit, simulations=simulations))
 
 
 def among(

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from unmodelled.base.wording import clock
 from unmodelled.report.figures.style import (
     BLACK,
     BLUE,
@@ -38,6 +39,8 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, tuple[str, st
     Left, the outputs; a free run starts at the measured state and sees the inputs only, a new one every
     horizon. Right, the simulated minus the measured output.
     """
+    size, time = clock(float(rows["t"].max()))
+    rows = rows.assign(t=rows["t"] / size)
     figure = new_figure(0.9 + 1.9 * len(units))
     grid = figure.subplots(len(units), 2, sharex=True, squeeze=False)
     for (left, right), (name, (unit, of_errors)) in zip(grid, units.items(), strict=True):
@@ -52,7 +55,7 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, tuple[str, st
         for axes in (left, right):
             axes.grid(linewidth=0.5)
     for axes in grid[-1]:
-        axes.set_xlabel("t (s)")
+        axes.set_xlabel(f"t ({time})")
     grid[0, 0].set_title(title)
     grid[0, 1].set_title("simulated − measured")
     figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
@@ -150,6 +153,8 @@ def next_experiment(
             model, t (s) and value, a row per sample.
         limits: lowest and highest allowed value by kind and signal; None where there is none.
     """
+    size, time = clock(float(rows["t"].max()))
+    rows = rows.assign(t=rows["t"] / size)
     seen = rows[rows["kind"].isin(["input", "output"])]
     signals = list(seen[["kind", "signal", "unit"]].drop_duplicates().itertuples(index=False, name=None))
     labels = [label for label in rows["label"].drop_duplicates() if label]
@@ -174,7 +179,7 @@ def next_experiment(
                 axes.axhline(end, color=VERMILION, linestyle=":", label="limit")
         axes.set_ylabel(f"{signal} ({printed(unit)})")
         axes.grid(linewidth=0.5)
-    panels[-1].set_xlabel("t (s)")
+    panels[-1].set_xlabel(f"t ({time})")
     handles = {
         label: h for axes in panels for h, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }

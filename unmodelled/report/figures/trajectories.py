@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from unmodelled.base.wording import clock
 from unmodelled.report.figures.style import GREY, new_figure, styled, thin
 from unmodelled.report.figures.tables import LOOKS, about, line_handle, printed, table
 
@@ -40,10 +41,12 @@ def worst_as_given(data: Path) -> Figure:
 
 def _drawn(data: Path, after: str) -> Figure:
     content, rows = about(data), table(data, "trajectory")
+    size, time = clock(float(rows["t"].max()))
+    rows = rows.assign(t=rows["t"] / size)
     outputs = content["outputs"]
     figure = new_figure(0.9 + 1.9 * len(outputs))
     grid = figure.subplots(len(outputs), 2, sharex="col", squeeze=False)
-    first, last = _stretch(rows, content["horizon"])
+    first, last = _stretch(rows, content["horizon"] / size)
     for (left, right), output in zip(grid, outputs, strict=True):
         name, unit, noise = output["name"], output["unit"], 2.0 * output["noise"]
         own = rows[rows["output"] == name]
@@ -55,7 +58,7 @@ def _drawn(data: Path, after: str) -> Figure:
         right.axvspan(first, last, facecolor="none", edgecolor="0.5", linestyle=":", linewidth=1.0)
         right.set_ylabel(f"error of {name} ({printed(output.get('error_unit', unit))})")
     for axes in grid[-1]:
-        axes.set_xlabel("t (s)")
+        axes.set_xlabel(f"t ({time})")
     grid[0, 0].set_title(f"{content['worst']}, enlarged")
     grid[0, 1].set_title(f"{content['worst']}, simulated − measured")
     handles = [line_handle(name) for name in dict.fromkeys(("measured", "known", after))]

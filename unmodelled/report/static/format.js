@@ -4,9 +4,12 @@
 const format = (() => {
   const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
+  // thin spaces between thousands, from five digits on
+  const grouped = (text) => (/^-?\d{5,}$/.test(text) ? text.replace(/\B(?=(\d{3})+$)/g, "\u202f") : text);
+
   function shown(value, digits = 4) {
     const size = Math.abs(value);
-    if (size < 1e7 && (size === 0 || size >= 1e-4)) return String(Number(value.toPrecision(digits))).replace("-", "−");
+    if (size < 1e7 && (size === 0 || size >= 1e-4)) return grouped(String(Number(value.toPrecision(digits)))).replace("-", "−");
     const [mantissa, exponent] = value.toExponential(Math.min(digits, 3) - 1).split("e");
     return `${Number(mantissa)}×10${[...String(Number(exponent))].map((c) => RAISED[c]).join("")}`.replace("-", "−");
   }
@@ -22,5 +25,12 @@ const format = (() => {
     return `${shown(low, digits)} to ${shown(high, digits)}`;
   }
 
-  return { shown, range, withUnit, named };
+  // the unit in which a time of so many seconds reads best, and its size in s
+  const LONG = [[86400, "d"], [3600, "h"], [60, "min"]];
+  function clock(seconds) {
+    const [size, unit] = LONG.find(([own]) => seconds >= 2 * own) ?? [1, "s"];
+    return { size, unit };
+  }
+
+  return { shown, range, withUnit, named, clock };
 })();

@@ -6,7 +6,7 @@
   if (!block) return;
   const model = simulation.loaded(JSON.parse(block.textContent));
   const place = document.getElementById("live-machine");
-  const { shown, range, withUnit, named } = format;
+  const { shown, range, withUnit, named, clock } = format;
   const MOST_POINTS = 2500; // of a law
   const MOST_INPUTS = 3; // that are plotted
   const STEPS = 500; // of a slider
@@ -15,6 +15,8 @@
   // base: the system that has all that no slider holds, such as the timing of inputs
   const now = { experiment: 0, output: 0, steps: model.steps, base: "identified", values: [], own: new Map(), off: new Set() };
   const runs = new Map(); // of the system as given and as identified
+  const time = clock(model.period * Math.max(...model.experiments.map((e) => e.y[0].values.length)));
+  const T = `t (${time.unit})`;
 
   function made(tag, attributes = {}, ...children) {
     const e = document.createElement(tag);
@@ -80,6 +82,8 @@
     return count ? Math.sqrt(sum / count) : NaN;
   }
 
+  const over = (run) => Array.from(run.t, (t) => t / time.size);
+
   // coordinate and law of an effect among what is observed beside the outputs
   const curveOf = (k, run) => run.further.slice(2 * model.effects.slice(0, k).filter((e) => e.curve).length);
 
@@ -97,7 +101,7 @@
     const estimated = Array(run.t.length).fill(null), found = missing?.[model.experiments[now.experiment].id];
     found?.at.forEach((sample, i) => { if (sample < estimated.length) estimated[sample] = found.value[i]; });
     const law = Array.from(along, (v) => (Number.isFinite(v) ? inUnit(v, curve.y_scale ?? ONE) : null));
-    return [run.t, estimated, law];
+    return [over(run), estimated, law];
   }
 
   // the law as identified, and now, over one axis
@@ -112,8 +116,8 @@
 
   const picker = made("select", { id: "live-experiment" }, ...model.experiments.map((e, i) => made("option", { value: String(i) }, `${e.id}${e.held_out ? " (held out)" : ""}`)));
   const outputs = made("select", { id: "live-output" }, ...model.outputs.map((y, j) => made("option", { value: String(j) }, y.name)));
-  const horizon = shown(model.steps * model.period);
-  const modes = made("select", { id: "live-mode" }, made("option", { value: String(model.steps) }, `windows of ${horizon} s`), made("option", { value: "Infinity" }, "the whole run"));
+  const horizon = model.steps * model.period, read = clock(horizon);
+  const modes = made("select", { id: "live-mode" }, made("option", { value: String(model.steps) }, `windows of ${withUnit(horizon / read.size, read.unit)}`), made("option", { value: "Infinity" }, "the whole run"));
   const status = made("p", { class: "live-status", role: "status" });
   const extent = made("p", { class: "live-extent" });
   const hosts = { trajectory: made("div", { role: "img" }), residual: made("div", { role: "img" }) };
@@ -145,8 +149,9 @@
       scale.append(mark);
     }
     track.append(scale);
-    const { symbol, unit, slope, shift } = number.said ?? { symbol: number.name, unit: number.unit, slope: 1, shift: 0 };
-    const said = (value) => slope * value + shift, told = [];
+    const { symbol, unit: own, slope, shift } = number.said ?? { symbol: number.name, unit: number.unit, slope: 1, shift: 0 };
+    const { size, unit } = own === "s" ? clock(Math.abs(slope * valueOf(i) + shift)) : { size: 1, unit: own };
+    const said = (value) => (slope * value + shift) / size, told = [];
     if (number.interval) told.push(`95 % interval ${range(...number.interval.map(said))}`);
     else if (number.at.kind === "c") told.push("a value of its own for every experiment");
     if (number.known != null) told.push(`${shown(said(number.known))} in the system file`);
@@ -224,11 +229,11 @@
     const [old, fresh] = [given, run].map((r) => finite(r.outputs[j], low - room, high + room));
     const scale = [output.factor ?? 1, output.offset ?? 0], inColumn = (values) => Array.from(values, (v) => inUnit(v, scale));
     const minus = (values) => values.map((v, k) => (v == null ? null : (v - measured[k]) / scale[0]));
-    plotting.put(charts.trajectory, [run.t, ...[measured, old, fresh].map(inColumn)], keep);
-    plotting.put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
+    plotting.put(charts.trajectory, [over(run), ...[measured, old, fresh].map(inColumn)], keep);
+    plotting.put(charts.residual, [over(run), minus(old), minus(fresh)], keep);
     charts.driving.forEach((chart, i) => {
       const { name, factor = 1, offset = 0 } = model.inputs[i];
-      plotting.put(chart, [run.t, Array.from(e.u[i].values, (v) => inUnit(v, [factor, offset]))], keep);
+      plotting.put(chart, [over(run), Array.from(e.u[i].values, (v) => inUnit(v, [factor, offset]))], keep);
       driving[i].setAttribute("aria-label", `Input ${name} over time in ${e.id}`);
     });
     model.effects.forEach((effect, k) => {
@@ -258,13 +263,13 @@
       [plotting.dots("as identified", "--measured"), plotting.dots("now", "--after")], false,
     );
     const effort = (curve, host) => plotting.add(
-      host, "t (s)", named({ name: curve.y, unit: curve.unit }),
+      host, T, named({ name: curve.y, unit: curve.unit }),
       [plotting.dots("missing, from the measurements", "--measured", 5), plotting.line("law now", "--after")], true,
     );
     charts = {
-      trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
-      residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.error_unit ?? output.unit }), both, true),
-      driving: driving.map((host, i) => plotting.add(host, "t (s)", named(model.inputs[i]), [plotting.line("input", "--measured")], true)),
+      trajectory: plotting.add(hosts.trajectory, T, named(output), [plotting.line("measured", "--measured", 3), ...both], true),
+      residual: plotting.add(hosts.residual, T, named({ name: "error", unit: output.error_unit ?? output.unit }), both, true),
+      driving: driving.map((host, i) => plotting.add(host, T, named(model.inputs[i]), [plotting.line("input", "--measured")], true)),
       efforts: model.effects.map(({ curve }, k) => efforts[k] && effort(curve, efforts[k])),
       laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
