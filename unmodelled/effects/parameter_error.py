@@ -1,5 +1,6 @@
 """Number of the file that is wrong, though the file does not mark it as uncertain."""
 
+from unmodelled.base.wording import amounts
 from unmodelled.effects.effect import ParameterEffect
 from unmodelled.effects.law import Amplitude, Law, Told
 from unmodelled.effects.place import Place, Site
