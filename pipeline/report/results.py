@@ -39,6 +39,11 @@ class Diagnosis:
         """Address relative to the folder of the site."""
         return f"diagnoses/{self.id}/index.html"
 
+    @property
+    def picture(self) -> str:
+        """Address of the figure that shows how far the gap shrinks."""
+        return f"diagnoses/{self.id}/figures/gap.svg"
+
 
 @dataclass(frozen=True)
 class Results:

@@ -292,7 +292,7 @@ def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytes
             "centre of mass of link rod is 12.5 mm further along -z than in the robot file",
         ),
         ("rod_inertia_scale", 0.5, "moments of inertia of link rod are 1.5 times those of the robot file"),
-        ("pin_armature", 0.001, "pin_armature = 0.003 kg m² instead of 0.002 kg m²"),
+        ("pin_armature", 0.001, "pin_armature = 0.003 kg m² instead of 0.002"),
     ],
 )
 def test_a_wrong_number_of_the_file_is_said_in_words(

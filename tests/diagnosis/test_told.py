@@ -383,7 +383,7 @@ def test_a_law_with_several_numbers_or_a_signed_one_has_words_of_its_own(tmp_pat
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.3, "stiffness of 0.3\xa0N\xa0m/rad"), (-0.3, "negative stiffness of −0.3\xa0N\xa0m/rad")],
+    [(0.3, "stiffness of 0.3\xa0N\xa0m/rad"), (-0.3, "negative stiffness of 0.3\xa0N\xa0m/rad")],
 )
 def test_a_sign_that_changes_the_meaning_is_in_the_words(tmp_path: Path, value: float, words: str) -> None:
     told = content(
