@@ -38,7 +38,7 @@ VERBS: dict[str, tuple[list[str], list[str], list[str]]] = {
     "evaluate": (PENDULUM, ["fits=fits0"], ["fits=fits1"]),
     "compare": (["runs=sweep"], ["metric=simulation.gap.known"], ["metric=simulation.gap.floor"]),
     "diagnose": (PENDULUM, ["seed=0"], ["seed=1"]),
-    "audit": ([*PENDULUM, "sets=[tuned.yaml]"], ["seed=0"], ["close=0.05"]),
+    "audit": ([*PENDULUM, "sets=[tuned.yaml]"], ["horizon=0.1"], ["horizon=0.2"]),
     "plan": (["system=pendulum/pendulum.yaml", "limits=limits.yaml"], ["seed=0"], ["seed=1"]),
     "example": ([], ["name=pendulum"], ["name=flywheel"]),
     "next": (["answer=answer", "limits=limits.yaml", *PENDULUM], ["seed=0"], ["seed=1"]),
