@@ -22,7 +22,7 @@ CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 
 DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
 
-#: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
+#: Vectors (sets, entries) and starts (windows, sets, free states) that are to be simulated.
 Asked = tuple[Array, Array]
 
 
@@ -32,7 +32,7 @@ class Descent:
 
     errors: Errors
     z: Array  # fitted vector, (entries,)
-    moved: Array  # corrections of the initial states, (windows, measured states), in standard deviations
+    moved: Array  # corrections of the initial states, (windows, free states), in standard deviations
     share: float = CONVERGED_SHARE  # of the loss by which an iteration must lower it
     damping: float = FIRST_DAMPING  # best one of the last iteration
     loss: float = np.inf  # before the last step
@@ -92,7 +92,7 @@ def begin(
     substeps: int,
     share: float = CONVERGED_SHARE,
 ) -> list[Descent]:
-    """Return fits that start at the measured initial states, from vectors (entries,)."""
+    """Return fits that start at the expected initial states, from vectors (entries,)."""
     sigma = start_spread(unknowns.simulation, unknowns.numbers(starts[0][None]), substeps)
     errors = Errors(unknowns, sigma, substeps)
     return [Descent(errors, z, np.zeros_like(sigma), share) for z in starts]

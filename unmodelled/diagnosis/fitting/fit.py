@@ -34,7 +34,7 @@ class ParameterFit:
     names: tuple[str, ...]  # of the rows of `covariance`; a number of one experiment is name@id
     covariance: Array  # (names, names), SI; inf where the data do not determine a number
     numbers: Array  # parameter sets, (experiments, 1, numbers), for `Simulation`
-    start: Array  # corrections of the measured initial states, (windows, measured states), SI
+    start: Array  # corrections of the initial states, (windows, measured states and hidden ones), SI
     gap: Deviation  # from the measured initial states, as the contract defines the gap
     left: Deviation  # from the corrected initial states
     loss: float

@@ -18,7 +18,7 @@ TUNING = 2.0
 
 
 class Errors:
-    """Compute the errors of one simulation; `sigma` (windows, measured states): noise of the starts, SI."""
+    """Compute the errors of one simulation; `sigma` (windows, free states): how far starts may be off, SI."""
 
     def __init__(self, unknowns: Unknowns, sigma: Array, substeps: int) -> None:
         self.unknowns, self.sigma, self.substeps = unknowns, sigma, substeps
@@ -39,7 +39,7 @@ class Errors:
         """Return errors (windows, sets, most steps, outputs) of vectors (sets, entries), in the sensor noise.
 
         An error beyond `largest`, or of a simulation that diverged, is cut there; after the end of a window
-        errors are zero. Starts are `moved` (windows, sets, measured states), in standard deviations.
+        errors are zero. Starts are `moved` (windows, sets, free states), in standard deviations.
         """
         return self.of_numbers(self.unknowns.numbers(z), moved)
 
@@ -62,7 +62,7 @@ class Errors:
         return points, starts
 
     def slopes(self, z: Array, r: Array) -> Array:
-        """Return derivatives (windows, unknowns + measured states, most steps, outputs) of the errors."""
+        """Return derivatives (windows, unknowns + free states, most steps, outputs) of the errors."""
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
         steps[:, : entry.shape[1]] = self._steps(z)[entry]

@@ -121,7 +121,8 @@ class Simulation:
 
         Args:
             values: parameter sets, shape (experiments or 1, sets, numbers), SI.
-            moved: summands of the initial states, shape (windows, sets, measured states), SI, default none.
+            moved: summands of the initial states, shape (windows, sets, measured states, or these and then
+                the hidden ones), SI, default none.
             substeps: integration steps (Runge-Kutta, order four) per sample, default 1.
         """
         record, sets = self.recording, values.shape[1]

@@ -79,23 +79,17 @@ class Parent:
         Steps that are short enough beside the error of the base may be too long beside what a law leaves: dry
         friction is then rounded to what they can follow.
         """
-        around = Linearised.of(law.fitted, self.base.tau)
-        square = around.squares * self.square / law.square
-        found = Parent(self.base, law.fitted, law.residual, around, square)
-        while found.base.needed(found.fitted) > found.base.substeps:
-            finer = found._finer(FINER * found.base.substeps)
-            if not finer.fitted.fit.loss < (1.0 - BETTER) * found.fitted.fit.loss:
+        base, fitted, residual, square = self.base, law.fitted, law.residual, law.square
+        while base.needed(fitted) > base.substeps:
+            finer = replace(base, substeps=FINER * base.substeps)
+            again = finer.fit(fitted.hypothesis, fitted.fit.every)
+            if not again.fit.loss < (1.0 - BETTER) * fitted.fit.loss:
                 break
-            found = finer
-        return found
-
-    def _finer(self, substeps: int) -> Parent:
-        """The fit with shorter integration steps."""
-        base = replace(self.base, substeps=substeps)
-        fitted = base.fit(self.fitted.hypothesis, self.fitted.fit.every)
-        square = self.square / Linearised.of(fitted, base.tau, self.weights).squares
+            base, fitted = finer, again
+        if fitted is not law.fitted:
+            residual, square = Residual.of(fitted), Linearised.of(fitted, base.tau, self.weights).squares
         around = Linearised.of(fitted, base.tau)
-        return Parent(base, fitted, Residual.of(fitted), around, around.squares * square)
+        return Parent(base, fitted, residual, around, around.squares * self.square / square)
 
 
 @dataclass(frozen=True, eq=False)
