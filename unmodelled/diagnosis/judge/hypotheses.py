@@ -19,7 +19,7 @@ from unmodelled.diagnosis.judge.chain import Key
 from unmodelled.diagnosis.judge.classes import BAR, SHARE
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns
 from unmodelled.diagnosis.judge.linear import Linearised
-from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
+from unmodelled.diagnosis.judge.refit import Parent, Refit, refit, went_astray
 from unmodelled.diagnosis.judge.scan import Row, scan
 
 #: Variants and places of a law that are fitted, those whose linear steps explain most.
@@ -59,9 +59,7 @@ class Tried:
         price += float(np.log([one.row.shapes for one in laws]).sum())
         around = Linearised.of(final.fitted, parent.base.tau, weights)
         nats = around.evidence - parent.around.evidence - price
-        more = float(np.mean(final.residual.square / parent.residual.square)) > 1.0
-        failed = not np.isfinite(nats) or (more and not final.fitted.fit.loss <= parent.fitted.fit.loss)
-        failed |= final.residual.diverged > parent.residual.diverged
+        failed = went_astray(parent, final.fitted, final.residual, nats)
         score = parent.score if failed else LeftOutRuns.of(around)
         removed = float(((parent.around.squares - around.squares) / parent.square).max())
         own = -np.inf if failed else nats

@@ -261,14 +261,20 @@ def _refit(parent: Parent, row: Row, carried: Start | None) -> Refit | None:
     around = Linearised.of(fitted, base.tau, parent.weights)
     price = parent.weights.price(row.atom.numbers) + float(np.log(row.shapes))
     nats = around.evidence - parent.around.evidence - price
-    # of size zero it leaves what its parent leaves: a fit that leaves more at a larger loss went astray
-    more = float(np.mean(residual.square / parent.residual.square)) > 1.0
-    failed = not np.isfinite(nats) or (more and not fitted.fit.loss <= parent.fitted.fit.loss)
-    failed |= residual.diverged > parent.residual.diverged
     removed: Array = (parent.around.squares - around.squares) / parent.square
-    own = -np.inf if failed else nats
+    own = -np.inf if went_astray(parent, fitted, residual, nats) else nats
     scores, share = LeftOutRuns.of(around), float(removed.max())
     return Refit(row, fitted, residual, scores, own, own, price, around.squares, share)
+
+
+def went_astray(parent: Parent, fitted: FittedHypothesis, residual: Residual, nats: float) -> bool:
+    """Return whether a fit beside a parent failed.
+
+    Laws of size zero leave what the parent leaves: a fit that leaves more at a larger loss went astray.
+    """
+    more = float(np.mean(residual.square / parent.residual.square)) > 1.0
+    worse = more and not fitted.fit.loss <= parent.fitted.fit.loss
+    return not np.isfinite(nats) or worse or residual.diverged > parent.residual.diverged
 
 
 def _linear(larger: Hypothesis, row: Row) -> dict[str, float]:
