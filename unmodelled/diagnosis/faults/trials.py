@@ -141,7 +141,8 @@ class Trials:
         gain = np.abs(correction.gain)
         size = gain * (self.deviations if correction.outputs is None else self._deviations(correction))
         # an experiment near rest would outweigh the others; one that a gain makes small must not count less
-        size = np.maximum(size, np.minimum(gain, 1.0) * np.median(size, axis=0))
+        usual = gain / np.median(gain, axis=0)  # a unit that is wrong in all experiments makes none small
+        size = np.maximum(size, np.minimum(usual, 1.0) * np.median(size, axis=0))
         size = np.where(size > 0.0, size, 1.0)[recording.owner][:, None, None]
         with np.errstate(all="ignore"):
             error = error / size
