@@ -105,6 +105,20 @@ def test_the_lag_of_an_actuator_is_its_activation_in_mujoco(actuator: str, tmp_p
     assert off(awake, ours) > 1e-2 * np.nanmax(np.abs(ours))
 
 
+def test_the_lag_of_an_effort_is_simulated_beside_the_robot(tmp_path: Path) -> None:
+    """A URDF has no actuator that could lag."""
+    exact = URDF.replace("</robot>", '<mujoco><option timestep="0.0001"/></mujoco></robot>')
+    lag = Said("actuator_lag", Place("actuator", "tau_pin"), {"c_u": 1.0, "T_u": 0.02})
+    diagnosis = rod(tmp_path, lag, robot=exact)
+    model = diagnosis.augmented
+    home = take_home(diagnosis.system, model.system, diagnosis.effects)
+    backend = RobotInMujoco(home.text, "rod.urdf", [], home.efforts.applied(model.system))
+    recording = Recording.of(model.logs, 0.2).thinned(6)
+    ours, given = outputs(model.system, recording), diagnosis.known
+    assert off(outputs(model.system, recording, backend), ours) < 5e-3 * np.nanmax(np.abs(ours))
+    assert off(outputs(given.system, Recording.of(given.logs, 0.2).thinned(6)), ours) > 1e-2
+
+
 def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
     """The arm above its waist keeps its posture against gravity, and the waist feels its inertia."""
     text = (SYSTEMS / "arm.xml").read_text().replace("<worldbody>", RK4 + "<worldbody>").replace("0.05", "0")

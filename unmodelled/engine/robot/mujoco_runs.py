@@ -46,8 +46,8 @@ class RobotInMujoco:
 class MujocoRuns:
     """Free runs in MuJoCo with the integrator of the file, and its time step or a little less.
 
-    States of the system that the robot does not have, such as the memory of a sensor, are integrated beside
-    it by Heun's method, as far as the observed values depend on them. States that the supplement remembers by
+    States of the system that the robot does not have, such as the memory of a sensor or the lag of a drive, are
+    integrated beside it by Heun's method, as far as observed values or efforts depend on them. States that the supplement remembers by
     have their names in the system.
     """
 
@@ -85,7 +85,7 @@ class MujocoRuns:
         self.a = [names.index(robot.activations[actuators[k]]) for k in slow]
         self.z = [names.index(name) for name in robot.supplement.rates]
         of_robot = {system.x[k] for k in (*self.q, *self.qd, *self.a, *self.z)}
-        self.beside = system.states_behind(observed, of_robot)
+        self.beside = system.states_behind([*observed, *robot.applied.values()], of_robot)
         self.rates = Program.of(system, [system.dynamics[k] for k in self.beside])
         off = [k for k, name in enumerate(actuators) if name not in robot.controls]
         model.actuator_gainprm[off], model.actuator_biasprm[off] = 0.0, 0.0
