@@ -6,8 +6,9 @@ from pathlib import Path
 #: What decides a result, beside what params.yaml chooses. Results in git do not make the code another.
 CODE = ("unmodelled", "pipeline", "conf", "systems", "dvc.yaml")
 
-#: The folder of this program.
+#: The folder of this program, and its checkout: settings of a repository in which it is started are not used.
 PACKAGE = Path(__file__).parent
+CHECKOUT = PACKAGE.parent
 
 
 def revision() -> str:
@@ -23,5 +24,5 @@ def revision() -> str:
 
 
 def _git(*arguments: str) -> str:
-    done = subprocess.run(["git", *arguments], capture_output=True, text=True, check=True)
+    done = subprocess.run(["git", *arguments], cwd=CHECKOUT, capture_output=True, text=True, check=True)
     return done.stdout.strip()

@@ -47,20 +47,34 @@ def test_a_stage_cannot_write_elsewhere(tmp_path: Path, monkeypatch: pytest.Monk
 def test_only_what_decides_a_result_makes_a_revision_dirty(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pipeline.revision.CHECKOUT", tmp_path)
     assert revision() == "unknown"
     for name in ("conf/a.yaml", "dvc.yaml", "dvc.lock", "reports/a.json"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("1\n")
     own = ("-c", "user.name=a", "-c", "user.email=a@b", "-c", "init.defaultBranch=main")
     for command in (("init", "-q"), ("add", "."), ("commit", "-qm", "all")):
-        subprocess.run(["git", *own, *command], check=True)
+        subprocess.run(["git", *own, *command], cwd=tmp_path, check=True)
     clean = revision()
     assert 7 <= len(clean) <= 40 and "dirty" not in clean
     (tmp_path / "reports" / "a.json").write_text("2\n")
     (tmp_path / "dvc.lock").write_text("2\n")
     assert revision() == clean
-    subprocess.run(["git", *own, "commit", "-qam", "results"], check=True)
+    subprocess.run(["git", *own, "commit", "-qam", "results"], cwd=tmp_path, check=True)
     assert revision() == clean
     (tmp_path / "dvc.yaml").write_text("2\n")
     assert revision() == f"{clean}-dirty"
+
+
+def test_a_repository_in_which_the_program_is_started_is_not_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its settings name commands that git runs."""
+    own = revision()
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    (tmp_path / "conf").write_text("1\n")
+    subprocess.run(["git", "add", "conf"], cwd=tmp_path, check=True)
+    with (tmp_path / ".git" / "config").open("a") as config:
+        config.write(f'[core]\n\tfsmonitor = "touch {tmp_path}/executed; false"\n')
+    monkeypatch.chdir(tmp_path)
+    assert revision() == own and not (tmp_path / "executed").exists()

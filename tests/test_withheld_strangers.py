@@ -2,6 +2,7 @@
 
 import json
 import os
+import tracemalloc
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -206,6 +207,20 @@ def test_an_archive_has_a_name_for_its_folder(name: str, tmp_path: Path) -> None
     zipped(tmp_path / "given" / name)
     with pytest.raises(BadInput, match=r"zip: must have a name"):
         brought(tmp_path / "given", tmp_path / "cases")
+
+
+def test_a_member_that_is_larger_than_its_archive_says_is_not_unpacked(tmp_path: Path) -> None:
+    """What was declared is all that is unpacked, of whatever a few bytes become."""
+    path = zipped(tmp_path / "given" / "swing.zip", **{"logs__b.csv": b"0" * 300_000_000})
+    content = bytearray(path.read_bytes())
+    at = content.rfind(b"PK\x01\x02") + 24  # of the last entry of the directory: its size
+    content[at : at + 4] = (100).to_bytes(4, "little")
+    path.write_bytes(content)
+    tracemalloc.start()
+    with pytest.raises(BadInput, match=r"swing/logs/b\.csv: cannot be read \(Bad CRC-32"):
+        brought(tmp_path / "given", tmp_path / "cases")[0].make()
+    assert tracemalloc.get_traced_memory()[1] < 10e6
+    tracemalloc.stop()
 
 
 def test_what_is_known_of_an_archive_fits_into_memory(

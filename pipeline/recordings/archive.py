@@ -66,7 +66,8 @@ class Archive:
                 check_file(self.path / name, factor)
                 return (self.path / name).read_bytes()
             check_memory(self.where(name), factor * self.size(name))
-            return self._zip.read(name)
+            with self._zip.open(name) as member:  # without a limit, all of it is unpacked, and then cut
+                return member.read(self.size(name) + 1)
         except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
             raise BadInput(f"{self.where(name)}: cannot be read ({error})") from None
 

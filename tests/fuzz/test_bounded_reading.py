@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.fuzz.inputs import complaint
-from tests.measurements.recorders import RECORDERS
+from tests.measurements.recorders import ANGLE, RECORDERS, T
 from tests.measurements.systems import motor, run, write, write_tables
 from unmodelled.api.answer_list import list_answers
 from unmodelled.base import search
@@ -63,7 +63,32 @@ def texts(path: Path) -> None:
     pq.write_table(pa.table({"state": words.cast(pa.string())}), path, compression="zstd")
 
 
-@pytest.mark.parametrize("content", [long_lists, short_lists, texts])
+def long_texts(path: Path) -> None:
+    """Texts of 1 MB, which take some kB on the disk; as the pages of their column have them."""
+    pq.write_table(pa.table({"t": np.arange(20.0), "note": 20 * [10**6 * "x"]}), path, use_dictionary=False)
+
+
+def different_texts(path: Path) -> None:
+    pq.write_table(pa.table({"note": [f"{k}{10**6 * 'x'}" for k in range(20)]}), path, compression="zstd")
+
+
+def long_texts_in_lists(path: Path) -> None:
+    pq.write_table(pa.table({"notes": [[f"{k}{10**6 * 'x'}"] for k in range(20)]}), path, compression="zstd")
+
+
+def test_pictures_in_cells_are_not_read(tmp_path: Path, little_memory: None) -> None:
+    """As data sets of robots have them beside numbers."""
+    pictures = [{"bytes": 10**6 * b"x", "path": "a.png"}] * 80
+    columns = {"t": T, "theta": ANGLE, "camera": pictures, "mask": [10**6 * b"y"] * 80}
+    pq.write_table(pa.table(columns), path := tmp_path / "a.parquet", use_dictionary=False)
+    with within(2.0, 60.0):
+        (table,) = tables(path)
+    assert list(table.columns) == ["t", "theta"] and not table.texts
+
+
+@pytest.mark.parametrize(
+    "content", [long_lists, short_lists, texts, long_texts, different_texts, long_texts_in_lists]
+)
 def test_lists_and_texts_of_parquet_files_count_with_their_size(
     tmp_path: Path, content: Callable[[Path], None], little_memory: None
 ) -> None:

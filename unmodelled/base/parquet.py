@@ -16,6 +16,8 @@ from unmodelled.base.limits import check_file, check_memory
 #: Bytes of a cell in memory: a number, or the place of a text; and of an element of a list, whose copies are
 #: the Arrow array, the same in one piece, without the lists, and in columns.
 _CELL, _ELEMENT = 8, 50
+#: Copies of the characters of texts, at most: the unpacked page, the Arrow array twice, texts of Python.
+_COPIES = 5
 _TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
 
 
@@ -28,10 +30,10 @@ def write_parquet(
     pq.write_table(table, path, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
 
 
-def column_names(path: Path) -> list[str]:
-    """Return the names of the columns of a Parquet file."""
+def read_schema(path: Path) -> pa.Schema:
+    """Read the names and types of the columns of a Parquet file."""
     try:
-        return list(pq.read_schema(path).names)
+        return pq.read_schema(path)
     except (pa.ArrowException, OSError) as error:
         raise BadInput(f"{path}: not a table ({str(error).splitlines()[0]})") from None
 
@@ -62,13 +64,16 @@ def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 
 def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
-    """Return the memory of the wanted columns in bytes; a text counts with its 8-byte reference only."""
+    """Return the memory of the wanted columns in bytes; a text counts as often as the file has it."""
     leaves = [about.schema.column(k) for k in range(about.num_columns)]
     size = 0
     for k, leaf in enumerate(leaves):
         if wanted is None or any(leaf.path == name or leaf.path.startswith(f"{name}.") for name in wanted):
-            cells = sum(about.row_group(g).column(k).num_values for g in range(about.num_row_groups))
+            chunks = [about.row_group(g).column(k) for g in range(about.num_row_groups)]
+            cells = sum(chunk.num_values for chunk in chunks)
             size += cells * max(_ELEMENT if leaf.max_repetition_level else _CELL, leaf.length)
+            if leaf.physical_type == "BYTE_ARRAY":
+                size += _COPIES * sum(chunk.total_uncompressed_size for chunk in chunks)
     return size
 
 

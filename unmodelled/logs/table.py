@@ -277,10 +277,10 @@ def _cell_by_cell(source: Source, at: Mapping[str, int]) -> dict[str, Array]:
 
 def _parquet_names(path: Path) -> list[str]:
     try:
-        from unmodelled.base.parquet import column_names
+        from unmodelled.base.parquet import read_schema
     except ModuleNotFoundError as error:
         raise BadInput(f"{path}: is a Parquet file: {missing(error) or error}, or save it as CSV") from None
-    return column_names(path)
+    return list(read_schema(path).names)
 
 
 def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:

@@ -36,9 +36,9 @@ class Parquet(Reader):
         return Source(path, start).is_parquet
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        from unmodelled.base.parquet import column_names, read_arrow
+        from unmodelled.base.parquet import read_arrow, read_schema
 
-        names = column_names(path)
+        names = [field.name for field in read_schema(path) if not _is_bytes(field.type)]
         # a reference to a column may go on with an element or a field of it
         read = [n for n in names if wanted is None or any(_is_of(w, n) for w in wanted)] or names
         aliases = _elements(path)
@@ -131,6 +131,16 @@ def _is_number(kind: Any) -> bool:
 
     of = pa.types
     return any(is_a(kind) for is_a in (of.is_boolean, of.is_integer, of.is_floating, of.is_decimal))
+
+
+def _is_bytes(kind: Any) -> bool:
+    """Whether cells hold bytes, such as pictures, which are no numbers and can be far larger than them."""
+    import pyarrow as pa
+
+    of = pa.types
+    if of.is_struct(kind):
+        return any(_is_bytes(field.type) for field in kind)
+    return any(is_a(kind) for is_a in (of.is_binary, of.is_large_binary, of.is_fixed_size_binary))
 
 
 def _is_text(kind: Any) -> bool:
