@@ -13,10 +13,13 @@ comma := ,
 given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
 REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
 
-.PHONY: help report measured real test test-all check wheel bench withheld compare fuzz survive docs clean
+.PHONY: help status report measured real test test-all check wheel bench withheld compare fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
+
+status: $(VENV)/ready  ## draw the graph: which stages would run, and when and how long each ran last
+	@$(BIN)/python -m pipeline.mend && $(BIN)/python -m pipeline.status
 
 report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
 report: CHOOSE = $(call choose,virtual,quick,)
