@@ -23,7 +23,7 @@ pytestmark = pytest.mark.long
 Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
-DIAGNOSING = {"diagnose", "diagnose_systems", "diagnose_withheld", "next", "plan"}
+DIAGNOSING = {"audit", "diagnose", "diagnose_systems", "diagnose_withheld", "next", "plan"}
 DIAGNOSING |= {"propose_withheld", "refit_withheld"}
 
 
