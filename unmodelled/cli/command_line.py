@@ -177,14 +177,14 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     except Exception as error:
         told = " ".join(str(error).split()) or type(error).__name__
         # a verb's own exception comes home in `return_value` of a job
-        own = raised_in(error).endswith(".return_value")
-        if not own and any(name.startswith("hydra_plugins.") for name in modules_of(error)):
+        of_job = raised_in(error).endswith(".return_value")
+        if not of_job and any(name.startswith("hydra_plugins.") for name in modules_of(error)):
             advice = "check its launcher (EXP_LAUNCHER) and the keys hydra.<...>"
             return refuse(BadInput(f"sweep: {told}: {advice}"))
         if isinstance(error, OSError):  # the folder of the run
             place = error.filename or "the working folder was removed, change to another one"
             return refuse(BadInput(f"{place}: {error.strerror}"))
-        if own or not raised_in(error).startswith("hydra."):
+        if of_job or not raised_in(error).startswith("hydra."):
             raise
         return refuse(BadInput(f"hydra: {told}: check the keys hydra.<...> of the command"))
     folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
