@@ -13,10 +13,13 @@ comma := ,
 given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
 REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
 
-.PHONY: help report measured real test test-all check wheel bench withheld compare fuzz survive docs clean
+.PHONY: help status report measured real test test-all check wheel bench withheld compare fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
+
+status: $(VENV)/ready  ## draw the graph: which stages would run, and when and how long each ran last
+	@$(BIN)/python -m pipeline.mend && $(BIN)/python -m pipeline.status
 
 report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
 report: CHOOSE = $(call choose,virtual,quick,)
@@ -33,20 +36,24 @@ real: $(VENV)/ready  ## diagnose published machines: EMPS=, XL330=, ... (docs/re
 # that both cores work. A core that is free takes the next part; the longest parts of the full profile come first.
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
-logs := acquire acquire_withheld ingest featurize
+campaign := acquire acquire_withheld
+benches := acquire_bench
+logs := ingest featurize
 jumps := train_jumps evaluate_jumps attribute
 diagnoses := diagnose diagnose_withheld refit_withheld
 slider_crank := train_slider_crank train_recurrent train_others evaluate_slider_crank
 drivetrain := train tune evaluate
 others := identify_uncertainty assess_uncertainty teach identifiability simulate
 PARTS := jumps diagnoses slider_crank drivetrain others
-.PHONY: repro $(PARTS)
-$(PARTS):
+.PHONY: repro campaign benches $(PARTS)
+campaign benches $(PARTS):
 	@$(REPRO) --single-item $($@)
 
 CHOOSE := true
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend && $(CHOOSE)
+	@$(REPRO) code
+	@$(MAKE) --no-print-directory --jobs=2 campaign benches
 	@$(REPRO) $(logs)
 	@$(MAKE) --no-print-directory --jobs=2 $(PARTS)
 	@$(REPRO)

@@ -2,6 +2,7 @@
 
 import os
 import platform
+import sys
 from pathlib import Path
 from urllib.parse import quote
 
@@ -66,8 +67,18 @@ PROGRAM = Program("python -m pipeline", (DISSERTATION, LIBRARY), _version, note)
 
 def main(arguments: list[str]) -> int:
     """Run one verb."""
-    return command_line.main(PROGRAM, arguments)
+    return command_line.main(PROGRAM, [*arguments, *_keys(arguments)])
+
+
+def _keys(arguments: list[str]) -> list[str]:
+    """Return the words that params.yaml adds to a command that is a stage of the graph."""
+    if not arguments or "DVC_STAGE" not in os.environ:
+        return []
+    from pipeline.keys import added_words, read_keys
+
+    return added_words(read_keys(), arguments, PROGRAM)
 
 
 if __name__ == "__main__":
+    sys.argv += _keys(sys.argv[1:])
     command_line.run(PROGRAM)

@@ -6,6 +6,7 @@ The stage `code` of dvc.yaml writes them, every other stage depends on some of t
     data/digests/<group>/<name>.json  a config file that a key chooses, what it is built on, the code it names
     data/digests/lists/<key>.json     a list of params.yaml, with the config files that it names
 
+`keys` of params.yaml are part of the verb, or of the config file, that they change (`pipeline/keys.py`).
 Comments and docstrings are not part of a digest, and neither is the layout of a file.
 """
 
@@ -14,12 +15,17 @@ import hashlib
 import json
 import shutil
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import yaml
+
+from pipeline.__main__ import PROGRAM
+from pipeline.keys import FILE, check_keys, read_keys
+from unmodelled.base.errors import BadInput
+from unmodelled.cli.refusal import refuse
 
 #: Packages whose modules are followed.
 PACKAGES = ("unmodelled", "pipeline")
@@ -202,26 +208,37 @@ def of_files(files: Iterable[Path]) -> dict[str, Digests]:
     return {"configuration": content, "code": code}
 
 
-def of_list(values: Any) -> dict[str, Any]:
+def of_list(values: Any, keys: Mapping[str, Any]) -> dict[str, Any]:
     """Digest a list of params.yaml with the configuration files that it names, such as models or splits."""
     names = [*values, *values.values()] if isinstance(values, dict) else values
     chosen = [(file.parent.name, file.stem) for name in names for file in config_files(f"*/{name}.yaml")]
-    return {"list": values, **of_files(file for choice in chosen for file in built_on(*choice))}
+    own = {f"{group}/{name}": keys[group][name] for group, name in chosen if name in keys.get(group, {})}
+    found = of_files(file for choice in chosen for file in built_on(*choice))
+    return {"list": values, **found, **_keys(own)}
 
 
-def all_digests() -> dict[str, Any]:
+def _keys(own: Any) -> dict[str, Any]:
+    return {"keys": own} if own else {}
+
+
+def all_digests(params: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of all digest files, by their names below `OUT`."""
-    found = {file.stem: of_files([file]) for file in config_files("*.yaml")}
+    found = {file.stem: of_files([file]) | _keys(keys.get(file.stem)) for file in config_files("*.yaml")}
     for group, name in {(file.parent.name, file.stem) for file in config_files("*/*.yaml")}:
-        found[f"{group}/{name}"] = of_files(built_on(group, name))
-    params = configuration(Path("params.yaml"))
-    return found | {f"lists/{key}": of_list(v) for key, v in params.items() if isinstance(v, list | dict)}
+        found[f"{group}/{name}"] = of_files(built_on(group, name)) | _keys(keys.get(group, {}).get(name))
+    lists = {key: value for key, value in params.items() if key != "keys" and isinstance(value, list | dict)}
+    return found | {f"lists/{key}": of_list(values, keys) for key, values in lists.items()}
 
 
 def main() -> int:
     """Write all digests of the checkout in the working directory; return the exit code."""
+    keys = read_keys()
+    try:
+        check_keys(keys, PROGRAM)
+    except BadInput as error:
+        return refuse(error)
     shutil.rmtree(OUT, ignore_errors=True)
-    for name, content in all_digests().items():
+    for name, content in all_digests(configuration(FILE), keys).items():
         file = OUT / f"{name}.json"
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n")

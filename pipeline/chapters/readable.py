@@ -9,14 +9,12 @@ import pandas as pd
 
 from pipeline.chapters.equations import equations
 from pipeline.revision import revision
-from unmodelled.base.files import read_json, replacing, replacing_folder, write_json
+from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.systems.model import System
 
-
-def training_seconds(fits: Path) -> float:
-    """Return the duration of all fits, s."""
-    return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
+#: Significant digits of numbers in git: another processor, or another number of threads, changes later ones.
+DIGITS = 4
 
 
 def write_chapter(out: Path, tables: Mapping[str, pd.DataFrame], **files: Any) -> None:
@@ -33,12 +31,19 @@ def equations_of(chapter: int, system: System) -> dict[str, Any]:
     return {"chapter": chapter, "rows": [asdict(equation) for equation in equations(system)]}
 
 
-def write_metrics(
-    reports: Path, name: str, data: str, profile: str, seconds: float, numbers: Mapping[str, Any]
-) -> None:
-    """Write metrics/<name>.json: numbers, and how they were made."""
-    head = {"data": data, "profile": profile, "revision": revision(), "seconds": seconds}
-    write_json(reports / "metrics" / f"{name}.json", {**head, **numbers})
+def write_metrics(reports: Path, name: str, data: str, profile: str, numbers: Mapping[str, Any]) -> None:
+    """Write metrics/<name>.json: numbers, and how they were made; no times, which are in data/executions."""
+    head = {"data": data, "profile": profile, "revision": revision()}
+    write_json(reports / "metrics" / f"{name}.json", {**head, **rounded(numbers)})
+
+
+def rounded(content: Any) -> Any:
+    """Return a nested content with `DIGITS` significant digits of every number."""
+    if isinstance(content, Mapping):
+        return {key: rounded(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [rounded(value) for value in content]
+    return float(f"{content:.{DIGITS}g}") if isinstance(content, float) else content
 
 
 def write_table(
@@ -46,6 +51,6 @@ def write_table(
 ) -> None:
     """Write a table as a CSV file, and its description as a JSON file."""
     with replacing(path.with_suffix(".csv")) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.6g")
+        table.to_csv(temporary, index=False, float_format=f"%.{DIGITS}g")
     about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}
     write_json(path.with_suffix(".json"), about | ({"data": data} if data else {}))

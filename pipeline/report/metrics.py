@@ -4,12 +4,11 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from pipeline.report.numbers import duration
 from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table, exact
 
 #: Keys of a metrics file that describe the file; everything else holds numbers.
-ABOUT = ("data", "profile", "revision", "seconds", "protocol", "chapter")
+ABOUT = ("data", "profile", "revision", "protocol", "chapter")
 
 COLUMNS = ("Metric", "Value", "95 % interval", "Unit", "n", "Protocol")
 
@@ -50,7 +49,6 @@ def _title(topic: str) -> str:
 
 def _about(content: dict[str, Any]) -> str:
     parts = [f"{key} {content[key]}" for key in ("profile", "revision") if content.get(key, "-") != "-"]
-    parts += [duration(content["seconds"])] if content.get("seconds") else []
     return ", ".join(parts)
 
 

@@ -22,15 +22,15 @@ from pipeline.report.runs import (
 )
 from unmodelled.base.files import replacing, replacing_folder
 from unmodelled.base.ownership import check_replaceable
-from unmodelled.report.diagnosis_page import view
+from unmodelled.report.diagnosis_page import live_data, view
 from unmodelled.report.numbers import number
-from unmodelled.report.rendering import ORIGINS, STATIC, check_own_page, templates
+from unmodelled.report.rendering import LIVE_SCRIPTS, ORIGINS, STATIC, check_own_page, templates
 from unmodelled.report.search import Entry, as_block, entry, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
 TEMPLATES = Path(__file__).with_name("templates")
-#: Style and script of the pages.
-ASSETS = ("style.css", "report.js")
+#: Styles and script of the pages, and the licence of the plots of a live machine.
+ASSETS = ("style.css", "report.js", "uplot.min.css", "uplot.LICENSE.txt")
 #: What the home page says of itself in its head, so that no other index.html is taken for an earlier one.
 GENERATOR = '<meta name="generator" content="pipeline site">'
 
@@ -82,7 +82,7 @@ def build(results: Results, out: Path) -> None:
             (folder / "configs" / configuration_file(execution)).write_text(execution["configuration"])
         for diagnosis in results.diagnoses:
             _write_diagnosis(diagnosis, site, folder)
-        for asset in ASSETS:
+        for asset in (*ASSETS, *(script.name for script in LIVE_SCRIPTS)):
             shutil.copyfile(STATIC / asset, folder / asset)
         (folder / "search.js").write_text(f"window.SEARCH = {as_block(index(every, shown, results))};\n")
 
@@ -100,7 +100,8 @@ def _write_diagnosis(diagnosis: Diagnosis, site: Site, folder: Path) -> None:
     page = Page(owner.id, diagnosis.label, diagnosis.headline)
     target = (folder / diagnosis.file).parent
     target.mkdir(parents=True)
-    more = {**content, "owner": owner.label, "label": diagnosis.label, "mixed": []}
+    live = {"live": live_data(diagnosis.folder, content), "live_scripts": [s.name for s in LIVE_SCRIPTS]}
+    more = {**content, **live, "owner": owner.label, "label": diagnosis.label, "mixed": []}
     text = _render("diagnosis_in_site.html.j2", diagnosis.file, page, site, more)
     (folder / diagnosis.file).write_text(text)
     _write_tables(content["tables"], target / "tables")

@@ -53,7 +53,7 @@ def _diagnose(system: Path, logs: Path, horizon: float | None, seed: int, thread
     known = read_system(system)
     found = findings(known, read_logs(logs, known), horizon, seed, threads)
     with replacing_folder(out) as folder:
-        content = found.write(folder, machine=False)
+        content = found.write(folder)
     print(f"{system}:", *sentences(content), sep="\n")
 
 

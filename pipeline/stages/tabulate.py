@@ -10,7 +10,7 @@ import pandas as pd
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters import boundary, claims, summary
-from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
+from pipeline.chapters.readable import write_chapter, write_metrics, write_table
 from pipeline.splits import nominal_subsets
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
@@ -32,7 +32,6 @@ def tabulate(
     features: Path,
     predictions: Path,
     tuning: Path,
-    fits: Path,
     mechanism: CamFollower,
     split: Split,
     profile_name: str,
@@ -45,7 +44,6 @@ def tabulate(
         features: store written by featurize.
         predictions: folder with <model>/<split>/ as written by evaluate.
         tuning: folder with <model>.parquet as written by tune.
-        fits: folder with <model>/<split>/fit.json as written by train.
         mechanism: constants of the bench.
         split: extrapolation split, for the direct baseline.
         profile_name: name of the profile that the models were trained with.
@@ -73,8 +71,8 @@ def tabulate(
         "boundary": summary.boundary_leaves(mae),
         "protocol": PROTOCOL,
     }
-    write_metrics(reports, "cam_labels", data, profile_name, 0.0, labels)
-    write_metrics(reports, "chapter6", data, profile_name, training_seconds(fits), chapter)
+    write_metrics(reports, "cam_labels", data, profile_name, labels)
+    write_metrics(reports, "chapter6", data, profile_name, chapter)
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
     write_chapter(out, tables, claims=claims.complete(rows + claims.boundary(mae), data))
     _readable(reports / "tables", cells, chapter)

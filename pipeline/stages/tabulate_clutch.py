@@ -56,8 +56,7 @@ def tabulate_clutch(
     identified = _of(found, campaign)["identified"]
     rows = complete(chapter3.claims(own[campaign], identified, about[campaign]["samples"]), kind)
     write_chapter(out, found, claims=rows, equations=equations_of(3, known), about=about)
-    seconds = sum(summaries[c]["seconds"] + about[c]["seconds"] for c in campaigns)
-    write_metrics(reports, "chapter3", kind, profile_name, seconds, chapter)
+    write_metrics(reports, "chapter3", kind, profile_name, chapter)
     _readable(reports / "tables", own[campaign], about[campaign]["samples"])
 
 

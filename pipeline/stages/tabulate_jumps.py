@@ -9,11 +9,10 @@ import pandas as pd
 
 from pipeline.chapters import chapter5
 from pipeline.chapters.claims import complete
-from pipeline.chapters.readable import training_seconds, write_chapter, write_metrics, write_table
+from pipeline.chapters.readable import write_chapter, write_metrics, write_table
 from pipeline.splits import fold_named
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet
 from unmodelled.learning.splits import Split
@@ -27,7 +26,6 @@ def tabulate_jumps(
     features: Path,
     predictions: Path,
     attributions: Path,
-    fits: Path,
     split: Split,
     profile_name: str,
     out: Path,
@@ -53,7 +51,6 @@ def tabulate_jumps(
         features: store written by featurize.
         predictions: folder with <model>/<split>/ as written by evaluate.
         attributions: folder written by attribute.
-        fits: folder with <model>/<split>/fit.json as written by train.
         split: uniform split, for F-dagger as a classifier.
         profile_name: name of the profile that the models were trained with.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
@@ -69,8 +66,7 @@ def tabulate_jumps(
     data = str(campaign.provenance["data"])
     rows = complete(chapter5.claims(found["repeats"], found["overall"]), data)
     write_chapter(out, found, claims=rows)
-    seconds = training_seconds(fits) + float(read_json(attributions / "attribution.json")["seconds"])
-    write_metrics(reports, "chapter5", data, profile_name, seconds, chapter)
+    write_metrics(reports, "chapter5", data, profile_name, chapter)
     write_table(
         reports / "tables" / "jumps",
         chapter5.readable(found["runs"]),

@@ -54,7 +54,7 @@ def tabulate_real(diagnoses: Path, systems: Path, profile_name: str, reports: Pa
     for one in found:
         by_machine.setdefault(one.machine, {})[one.withheld] = real.leaves(one.report)
     numbers = {"protocol": real.PROTOCOL, "cases": cases, **by_machine}
-    write_metrics(reports, "real", data, profile_name, 0.0, numbers)
+    write_metrics(reports, "real", data, profile_name, numbers)
     for row in judgements.to_dict("records"):
         failed = f"; failed at {row['failed at']}" if row["holds"] == "no" else ""
         print(f"{row['machine']}, {row['withheld']} withheld: {row['verdict']}: {row['effects']}{failed}")

@@ -13,7 +13,6 @@ from pipeline.chapters import slider_crank as tables
 from pipeline.chapters.claims import complete
 from pipeline.chapters.readable import (
     equations_of,
-    training_seconds,
     write_chapter,
     write_metrics,
     write_table,
@@ -49,7 +48,7 @@ def tabulate_slider_crank(system: Path, data: Path, profile_name: str, out: Path
     fits = data / "fits" / "slider_crank"
     free = read_parquet(fits / "hybrid_free" / "leave_one_out" / "history.parquet")
     spring = found["spring"]
-    chapter = chapter4.accuracy(found["errors"], found["timing"]) | {
+    chapter = chapter4.accuracy(found["errors"]) | {
         "recovered": chapter4.recovered(
             tables.spring_errors(found["force"], spring), float(np.ptp(spring["F"]))
         ),
@@ -59,7 +58,7 @@ def tabulate_slider_crank(system: Path, data: Path, profile_name: str, out: Path
     kind = str(logs["slider_crank"].provenance["data"])
     rows = complete(chapter4.claims(chapter, found["errors"], found["history"], advice), kind)
     write_chapter(out, {**found, "closed_form": formula}, claims=rows, equations=equations_of(4, known))
-    write_metrics(reports, "chapter4", kind, profile_name, training_seconds(fits), chapter)
+    write_metrics(reports, "chapter4", kind, profile_name, chapter)
     _readable(reports / "tables", found["parameters"], free, chapter)
 
 

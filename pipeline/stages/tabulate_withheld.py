@@ -42,7 +42,7 @@ def tabulate_withheld(
     write_chapter(out, found)
     systems = {str(name): scores(group) for name, group in rows.groupby("system")}
     numbers = {"protocol": PROTOCOL, **scores(rows), "systems": systems}
-    write_metrics(reports, "withheld", "virtual", profile_name, float(rows["seconds"].sum()), numbers)
+    write_metrics(reports, "withheld", "virtual", profile_name, numbers)
     tables = reports / "tables"
     write_table(tables / "withheld", listed(rows), None, "Withheld check", PROTOCOL, "virtual")
     title = "Withheld check: every case whose answer is not right"

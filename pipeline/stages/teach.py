@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -69,7 +68,6 @@ def teach(
     Raises:
         BadInput: when an input is missing, or there is no run to train on or to hold out.
     """
-    begin = time.monotonic()
     bench, kind = read_json(raw / "bench.json"), str(read_json(raw / "provenance.json")["data"])
     about = {name: bench[name] for name in ("lowest", "highest", "noise")}
     about |= {"voltage": bench["motor"]["voltage"], "penalty": penalty}
@@ -82,9 +80,8 @@ def teach(
     dynamic = swings["swing_errors"]
     claims = complete(chapter2.claims(static, dynamic), kind)
     write_chapter(out, {**motor, **swings}, about=about, claims=claims, equations=equations_of(2, known))
-    seconds = time.monotonic() - begin
     found = chapter2.numbers(about, static, motor["network_errors"], dynamic)
-    write_metrics(reports, "chapter2", kind, "-", seconds, found)
+    write_metrics(reports, "chapter2", kind, "-", found)
 
 
 def _motor(raw: Path, about: dict[str, Any], hidden: Sequence[int], seeds: int) -> Tables:

@@ -50,7 +50,6 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
       with effects that it sees.
     - calibration_error: expected calibration error of the confidence over ten bins, of all cases;
       calibration: by verdict.
-    - cost: seconds of a diagnosis, and the largest memory.
     - sparse_regression, network: the yardsticks; the latter: a network in every port, which names nothing.
     """
     kinds = {str(kind): group for kind, group in cases.groupby("kind")}
@@ -76,7 +75,6 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
         "material": _material(pd.concat([kinds.get(kind, empty) for kind in KINDS])),
         "harmful": _harmful(cases),
         "coverage": _coverage(cases),
-        "cost": {"seconds": _mean(cases["seconds"], "s"), "memory": _largest(cases["memory"], "MB")},
         "sparse_regression": _sparse(seen, kinds),
         "network": {"shrink_of_oracle": _of_oracle(named, "network_shrink")},
     }
@@ -84,11 +82,10 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the scores without costs as a table: one row per number, with its value on every machine."""
+    """Return the scores as a table: one row per number, with its value on every machine."""
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
-    leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
-    for name, leaf in leaves:
+    for name, leaf in _leaves(scores(cases)):
         low, high = leaf.get("interval", (None, None))
         row = {"measure": name, "unit": leaf["unit"], "n": leaf["n"]}
         row |= {"value": leaf["value"], "low": low, "high": high}
@@ -167,10 +164,6 @@ def _shares(cases: pd.DataFrame, **columns: str) -> dict[str, Any]:
 
 def _mean(values: pd.Series, unit: str) -> dict[str, Any]:
     return mean_leaf(values.to_numpy(np.float64), unit) if len(values) else {}
-
-
-def _largest(values: pd.Series, unit: str) -> dict[str, Any]:
-    return {"value": float(values.max()), "unit": unit, "n": len(values)} if len(values) else {}
 
 
 def _of_oracle(cases: pd.DataFrame, column: str) -> dict[str, Any]:

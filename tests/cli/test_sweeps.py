@@ -102,6 +102,23 @@ def test_an_unknown_launcher_is_refused(cart: Path) -> None:
     assert "hydra/launcher=cluster" in line and "joblib" in line and "slurm" in line
 
 
+def test_a_launcher_whose_package_is_missing_is_one_line(cart: Path) -> None:
+    result = python(*SWEEP, "horizon=0.1", EXP_LAUNCHER="ray", cwd=cart)
+    assert result.returncode == 2
+    (line,) = result.stderr.splitlines()
+    assert "hydra/launcher=ray: there is no such choice" in line and "pip install hydra-ray-launcher." in line
+
+
+def test_a_launcher_whose_cluster_is_missing_is_one_line(cart: Path) -> None:
+    result = python(*SWEEP, "horizon=0.1", EXP_LAUNCHER="slurm", PATH=str(cart), cwd=cart)
+    assert result.returncode == 2
+    assert result.stderr.splitlines()[-1] == (
+        'error: sweep: Could not detect "srun", are you indeed on a slurm cluster?: '
+        "check its launcher (EXP_LAUNCHER) and the keys hydra.<...>"
+    )
+    assert "Traceback" not in result.stderr
+
+
 @pytest.mark.long
 def test_optuna_minimises_what_tune_returns(tmp_path: Path, small_campaign: Campaign) -> None:
     small_campaign.write(tmp_path / "features")

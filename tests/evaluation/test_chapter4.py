@@ -43,8 +43,7 @@ def history_of(apart: float, together: float) -> pd.DataFrame:
 def verdicts(
     errors: pd.DataFrame, apart: float = 0.05, together: float = 0.2, advice: list[str] = ADVICE
 ) -> dict[str, str]:
-    timing = pd.DataFrame({"horizon": [1, 10, 300], "seconds_per_epoch": [0.01, 0.02, 0.3]})
-    chapter = chapter4.accuracy(errors, timing)
+    chapter = chapter4.accuracy(errors)
     chapter["parameters"] = {"m3": {"error": {"value": 0.01}}}
     small = {"value": 0.01}
     chapter["recovered"] = {"spring": {"rmse_share": small}, "no_spring": {"share": small}}

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.long
 Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
-DIAGNOSING = {"diagnose", "diagnose_systems", "diagnose_withheld", "next", "plan"}
+DIAGNOSING = {"audit", "diagnose", "diagnose_systems", "diagnose_withheld", "next", "plan"}
 DIAGNOSING |= {"propose_withheld", "refit_withheld"}
 
 
@@ -104,7 +104,7 @@ def test_a_new_law_concerns_diagnoses_alone(changed: Changed) -> None:
 
 
 def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> None:
-    pages = {"site", "diagnose", "identify_uncertainty", "next", "report", "simulate"}
+    pages = {"site", "audit", "diagnose", "identify_uncertainty", "next", "report", "simulate"}
     assert changed(("unmodelled/report/static/style.css", "p {color: red}")) == pages
     assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"site"}
 

@@ -13,7 +13,7 @@ SVG = (
     '<text x="20" y="40">speed (rad/s)</text></svg>'
 )
 LEAF = {"value": 0.25, "unit": "V", "interval": [0.23, 0.28], "n": 10}
-HEAD = {"data": "virtual", "profile": "quick", "revision": "abc1234", "seconds": 3.5}
+HEAD = {"data": "virtual", "profile": "quick", "revision": "abc1234"}
 #: An effect of diagnosis.json.
 FRICTION = {
     "family": "coulomb_friction",

@@ -1,5 +1,6 @@
 """The tutorial with its figures in their places; chapters 1 and 7, whose topics show what exists."""
 
+import csv
 import json
 import re
 from collections import Counter
@@ -109,3 +110,24 @@ def test_every_page_leads_to_both_and_both_read_without_results(tmp_path: Path) 
         assert f"{len(topics)} topics" in pages["index.html"]
     search = (tmp_path / "out" / "site" / "search.js").read_text()
     assert 'chapter_7.html#sensing"' in search
+
+
+#: Verdicts of docs/real/README.md in the words of the home page.
+IN_WORDS = {
+    "`no_gap`": "nothing is missing",
+    "`unknown`": "something is missing, of no law of the library",
+    "`main_effect`: ": "mainly ",
+    "`effect`: ": "",
+}
+
+
+def test_the_committed_answers_of_measured_machines_are_on_the_home_page() -> None:
+    with (REPORTS / "tables" / "real_answers.csv").open(newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    page = (REPORTS.parent / "docs" / "real" / "README.md").read_text()
+    for code, words in IN_WORDS.items():
+        page = page.replace(code, words)
+    assert all(f"| {' | '.join(row)} |" in page for row in rows)
+    right = sum(row[-1] != "no" for row in rows)
+    title = json.loads((REPORTS / "tables" / "real_answers.json").read_text())["title"]
+    assert f"{right} of {len(rows)} answers" in title and f"**{right} of {len(rows)} are right**" in page

@@ -55,5 +55,5 @@ def attribute(root: Path, *overrides: str, out: Path | None = None) -> None:
 
 def tabulate(root: Path, out: Path | None = None) -> None:
     """Make the tables of chapter 5 of all that is below `root`."""
-    given = {name: root / name for name in ("features", "predictions", "attributions", "fits", "reports")}
+    given = {name: root / name for name in ("features", "predictions", "attributions", "reports")}
     call("tabulate_jumps", **given, out=out or root / "tables")

@@ -34,7 +34,7 @@ def test_tables_hold_what_was_not_trained_on(root: Path, jump_campaign: Campaign
 
 def test_metrics_are_those_of_the_contract(root: Path) -> None:
     chapter = json.loads((root / "reports/metrics/chapter5.json").read_text())
-    assert (chapter["data"], chapter["profile"]) == ("virtual", "quick") and chapter["seconds"] > 0
+    assert (chapter["data"], chapter["profile"]) == ("virtual", "quick")
     models = {"tau1", "tau2", "tau3", "tau4"}
     for percent in ("5", "30", "50"):
         for model in models:

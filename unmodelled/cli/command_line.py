@@ -155,7 +155,7 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
     from unmodelled.base.progress import mode
     from unmodelled.cli.call import call
     from unmodelled.cli.overrides import check_words, explained
-    from unmodelled.cli.refusal import raised_in, refuse
+    from unmodelled.cli.refusal import modules_of, raised_in, refuse
 
     if _sweeps(rest) and any(r.startswith("out=") for r in rest):
         own = "every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>"
@@ -174,14 +174,18 @@ def _run(program: Program, verb: str, rest: list[str]) -> int:
         return refuse(error)
     except (HydraException, OmegaConfBaseException, ValueError, YAMLError) as error:
         return refuse(BadInput(explained(error, program, verb, rest)))
-    except OSError as error:  # the folder of the run
-        place = error.filename or "the working folder was removed, change to another one"
-        return refuse(BadInput(f"{place}: {error.strerror}"))
     except Exception as error:
-        # what Hydra makes of its own keys; a verb's own exception comes home in `return_value` of a job
-        if not (place := raised_in(error)).startswith("hydra.") or place.endswith(".return_value"):
+        told = " ".join(str(error).split()) or type(error).__name__
+        # a verb's own exception comes home in `return_value` of a job
+        of_job = raised_in(error).endswith(".return_value")
+        if not of_job and any(name.startswith("hydra_plugins.") for name in modules_of(error)):
+            advice = "check its launcher (EXP_LAUNCHER) and the keys hydra.<...>"
+            return refuse(BadInput(f"sweep: {told}: {advice}"))
+        if isinstance(error, OSError):  # the folder of the run
+            place = error.filename or "the working folder was removed, change to another one"
+            return refuse(BadInput(f"{place}: {error.strerror}"))
+        if of_job or not raised_in(error).startswith("hydra."):
             raise
-        told = str(error) or type(error).__name__
         return refuse(BadInput(f"hydra: {told}: check the keys hydra.<...> of the command"))
     folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
     if _sweeps(rest) and Path(folder).is_dir() and mode() != "quiet":

@@ -42,6 +42,10 @@ INPUTS = {
 }
 
 
+#: Packages of the launchers of sweeps, by the first word of the launcher's name.
+LAUNCHERS = {name: f"hydra-{name}-launcher" for name in ("joblib", "submitit", "ray", "rq")}
+
+
 def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     """Check the keys of the stage that `config` names, and resolve it; those that are paths as such."""
     given = inspect.signature(get_method(config["_target_"])).parameters
@@ -151,6 +155,8 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
         group, _, choice = error.missing_cfg_file.rpartition("/")
         near = nearest(choice, error.options)
         meant = f"; did you mean {near!r}?" if near else "."
+        package = LAUNCHERS.get(choice.partition("_")[0], "") if group == "hydra/launcher" else ""
+        meant += f" Its package is missing: pip install {package}." if package else ""
         return f"{group}={choice}: there is no such choice{meant} Choices: {', '.join(error.options)}"
     if found := re.match(
         r"(?:Could not (?:override|delete from config\.) '|Error merging override ~)([^'=]+)", text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import traceback
 
 from unmodelled.base import workers
 from unmodelled.base.errors import BadInput
@@ -22,6 +23,11 @@ def refuse(error: BadInput) -> int:
     rest = [f"... and {count - len(also)} more"] if count > len(also) else []
     print(coloured("\n".join([f"error: {error}{more}", *also, *rest]), sys.stderr), file=sys.stderr)
     return 2
+
+
+def modules_of(error: BaseException) -> set[str]:
+    """Return the modules of all functions that an exception has left."""
+    return {str(frame.f_globals["__name__"]) for frame, _ in traceback.walk_tb(error.__traceback__)}
 
 
 def raised_in(error: BaseException) -> str:

@@ -67,7 +67,7 @@ def write_page(folder: Path, command: str) -> None:
     figures, tables = shown["figures"].values(), shown["tables"]
     entries = [*figure_entries(figures, ""), *table_entries(tables, ""), *row_entries(tables, "")]
     search = as_block(entries)
-    text = one_file("diagnosis.html.j2", live=_live(folder, shown), search=search, **shown)
+    text = one_file("diagnosis.html.j2", live=live_data(folder, shown), search=search, **shown)
     for figure in figures:
         address = f"figures/{figure.source.name}"
         data = base64.b64encode(figure.source.read_bytes()).decode()
@@ -107,8 +107,8 @@ def made_from(content: Mapping[str, Any]) -> str:
     return ", ".join(filter(None, [" and ".join(names), made]))
 
 
-def _live(folder: Path, shown: Mapping[str, Any]) -> str:
-    """Content of tables/live.json as a data block, with the names of the page; empty where there is none."""
+def live_data(folder: Path, shown: Mapping[str, Any]) -> str:
+    """Return tables/live.json as a data block, with the names of the page; empty where there is none."""
     path = folder / "tables" / "live.json"
     if not path.exists():
         return ""
