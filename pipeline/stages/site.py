@@ -63,7 +63,11 @@ def site(
 
 
 def summary(results: Results) -> dict[str, Any]:
-    """Return the numbers that `dvc metrics show` puts on one line: counts of verdicts, and right answers."""
+    """Return the numbers that `dvc metrics show` puts on one line: counts of verdicts, and right answers.
+
+    Args:
+        results: claims and metrics of all chapters.
+    """
     said = Counter(VERDICTS[claim["verdict"]] for claim in results.claims)
     found: dict[str, Any] = {kind: said[kind] for kind in VERDICTS.values()}
     for name, path in ANSWERS.items():
