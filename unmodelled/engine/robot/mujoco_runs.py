@@ -46,9 +46,9 @@ class RobotInMujoco:
 class MujocoRuns:
     """Free runs in MuJoCo with the integrator of the file, and its time step or a little less.
 
-    States of the system that the robot does not have, such as the memory of a sensor or the lag of a drive, are
-    integrated beside it by Heun's method, as far as observed values or efforts depend on them. States that the supplement remembers by
-    have their names in the system.
+    States of the system that the robot does not have, such as the memory of a sensor or the lag of a drive,
+    are integrated beside it by Heun's method, as far as observed values or efforts depend on them. States
+    that the supplement remembers by have their names in the system.
     """
 
     def __init__(self, robot: RobotInMujoco, system: System, observed: Sequence[sp.Expr]) -> None:
