@@ -46,6 +46,11 @@ def warming_up(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
 
 
+def loose_and_weak_backwards(i: Array, w: Array, t: float) -> Array:
+    acting = i - np.clip(i, -0.4, 0.4)
+    return 0.52 * np.where(acting < 0.0, 0.7 * acting, acting) - 0.052 * w
+
+
 def driven(folder: Path, torque: Torque) -> Answer:
     rng, t = np.random.default_rng(5), PERIOD * np.arange(SAMPLES)
     rate, phase = rng.uniform(1.5, 12.0, (3, RUNS)), rng.uniform(0.0, 6.28, (3, RUNS))
@@ -92,6 +97,14 @@ def test_the_torque_rises_faster_than_the_current(tmp_path: Path) -> None:
     f, gain = effect.parameters["f"]["value"], answer.parameters.set_index("name").loc["k_m", "identified"]
     assert (1.0 - f) * gain == pytest.approx(0.26, rel=0.02)
     assert 0.5 < f < 0.8
+
+
+def test_two_faults_of_one_drive_are_both_named(tmp_path: Path) -> None:
+    """A free curve in the current holds both, and is no reason to name one alone."""
+    answer = driven(tmp_path, loose_and_weak_backwards)
+    found = {effect.family: effect.parameters for effect in answer.effects}
+    assert found.keys() == {"actuator_dead_zone", "actuator_asymmetry"}
+    assert found["actuator_dead_zone"]["u_d"]["value"] == pytest.approx(0.4, rel=0.05)
 
 
 def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from unmodelled.diagnosis.judge.elimination import SIGMAS, newton_step
 from unmodelled.diagnosis.judge.judgement import Judgement, judge
 from unmodelled.diagnosis.judge.left_out import LeftOutRuns, probabilities
 from unmodelled.diagnosis.judge.linear import Linearised, beyond_chance
+from unmodelled.diagnosis.judge.looks import Look
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import correlation_time
 from unmodelled.diagnosis.judge.scan import row_of, scan, started
@@ -351,20 +352,25 @@ def test_a_flexible_law_gives_way_to_its_plainest_form_beside_a_further_one(
     final = look.parent.beside(flexible)
     coloured = replace(final, residual=replace(final.residual, tau=np.array([50.0])))
     for removed, nats, plainest in ((0.2, 1.0, True), (0.01, 1.0, False), (0.2, -1.0, False)):
-        law = LawClass((replace(flexible, removed=removed),), np.ones(1))
+        nothing = look.parent.around.squares  # is gone of what the first law leaves
+        law = LawClass((replace(flexible, removed=removed, square=nothing),), np.ones(1))
 
         def named(
-            looks: object, look: object, one: LawClass, *more: object, law: LawClass = law
+            looks: object, look: Look, one: LawClass, *more: object, law: LawClass = law
         ) -> further.Named:
-            return [one, law] if one is not swapped else [one], [], coloured
+            return ([one, law], [look, look], coloured) if one is not swapped else ([one], [look], coloured)
 
         def evidence(look: object, found: further.Named, nats: float = nats) -> float:
             return nats if len(found[0]) > 1 else 0.0
 
         monkeypatch.setattr(further, "_named", named)
         monkeypatch.setattr(further, "_evidence", evidence)
-        laws, _, _ = further.exchanged([look], look, swapped, 1, QUIET)
-        assert (laws[0] is not swapped) == plainest
+        monkeypatch.setattr(further, "_beside_others", lambda _, laws: laws[0])
+        (laws, rounds, _), instead = further.exchanged([look], look, swapped, 1, QUIET)
+        assert (laws[0] is not swapped) == plainest == (instead is not None)
+        if plainest:  # without the further law it is less
+            both = Judgement("effect", tuple(laws), (look,), tuple(rounds), coloured, instead=instead)
+            assert both.until(1).laws == (swapped,) and both.until(1).final is coloured
 
 
 def test_the_linear_step_finds_dry_friction(rubbing: Base) -> None:

@@ -37,6 +37,8 @@ LawKind = Literal[
     "timing",
     "curve",
 ]
+#: Kinds whose laws are no forms of one thing: a drive may be loose, weak backwards and limited at once.
+DISTINCT: frozenset[LawKind] = frozenset({"drive", "sensor", "load"})
 #: What an effort does with the power that it takes out of the system: it loses it at every moment, or over a
 #: cycle of its position, or gives all of it back over a cycle.
 Power = Literal["lost", "lost over a cycle", "stored"]

@@ -51,7 +51,7 @@ def free_curves(parent: Parent) -> Iterator[Refit]:
         if not isinstance(effect, LawEffect) or added.usual or added.place.kind not in ("port", "actuator"):
             continue
         at = site(hypothesis.study.system, added.place, hypothesis.study.scales)
-        for local in _arguments(effect.law(at), at):
+        for local in sorted(_arguments(effect.law(at), at)):
             row = _curve(parent, local, added.place.everywhere)
             if row is not None:
                 yield from _fitted(parent, row)
@@ -63,10 +63,21 @@ def _fitted(parent: Parent, row: Row) -> list[Refit]:
     return sorted((one for one in found if one is not None), key=lambda one: -one.nats)[:1]
 
 
-def _arguments(law: Law, at: Site) -> list[str]:
+def arguments(one: Refit) -> frozenset[str]:
+    """Return the local names of what a fitted law is a function of: speed, position and command."""
+    study, effect = one.fitted.hypothesis.study, one.row.atom.effect
+    if not isinstance(effect, LawEffect):
+        return frozenset()
+    at = site(study.system, one.row.atom.place, study.scales)
+    return _arguments(effect.law(at), at)
+
+
+def _arguments(law: Law, at: Site) -> frozenset[str]:
     """Local names of speed, position and command in a law."""
     text = " ".join([*(a.adds for a in law.amplitudes.values()), *(m.rate for m in law.memory.values())])
-    return [local for local in ("v", "x", "u") if local in at.quantities and re.search(rf"\b{local}\b", text)]
+    return frozenset(
+        local for local in ("v", "x", "u") if re.search(rf"\b{local}\b", text) and local in at.quantities
+    )
 
 
 def _curve(parent: Parent, local: str, place: Place) -> Row | None:

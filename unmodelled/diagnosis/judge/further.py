@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from unmodelled.diagnosis.judge.classes import BAR, LEAST, NEARLY_ALL, SHARE, LawClass, best_class
-from unmodelled.diagnosis.judge.curves import free_curves
+from unmodelled.diagnosis.judge.curves import arguments, free_curves
 from unmodelled.diagnosis.judge.linear import Linearised
 from unmodelled.diagnosis.judge.looks import Look
 from unmodelled.diagnosis.judge.refit import Parent, Refit, refit, refits
 from unmodelled.diagnosis.judge.scan import scan
+from unmodelled.effects.effect import DISTINCT
 
 #: Most laws of different families beside each other: one at all joints of an arm is one law.
 LAWS = 3
@@ -22,19 +23,39 @@ Named = tuple[list[LawClass], list[Look], Parent]
 
 def exchanged(
     looks: Sequence[Look], look: Look, first: LawClass, workers: int, say: Callable[[str], None]
-) -> Named:
+) -> tuple[Named, Named | None]:
     """Return the first class with further ones, or its plainest form with them where that explains more.
 
-    A flexible form of the first law takes a part of a second one.
+    A flexible form of the first law takes a part of a second one. What a plainest form stands instead of
+    follows, if it does: without its further laws it would be less.
     """
     found = _named(looks, look, first, workers, say)
     plain = first.plainest
     if plain is first or (len(found[0]) == 1 and found[2].residual.white):
-        return found
+        return found, None
     other = _named(looks, look, plain, workers, say)
-    beside = [law.speaker.removed for law in other[0][1:]]
-    effects = beside and (other[2].residual.white or min(beside) >= LEAST)
-    return other if effects and _evidence(look, other) > _evidence(look, found) else found
+    laws, rounds, final = other
+    beside = [_is_effect(one.parent, law.speaker) for one, law in zip(rounds[1:], laws[1:], strict=True)]
+    effects = beside and (final.residual.white or all(beside))
+    if not effects or _evidence(look, other) <= _evidence(look, found):
+        return found, None
+    return ([_beside_others(look, laws), *laws[1:]], rounds, final), found
+
+
+def _beside_others(look: Look, laws: Sequence[LawClass]) -> LawClass:
+    """The first class of some laws as the logs tell it apart beside the others."""
+    first, parent = laws[0], _without_first(look, laws)
+    refitted = [] if parent is None else [refit(parent, m.row, m.fitted.fit.every) for m in first.members]
+    again = best_class([one for one in refitted if one is not None])
+    if again is None or again.speaker.row.key != first.speaker.row.key:
+        return first
+    found = {one.row.key: one for one in first.members}
+    return LawClass(tuple(found[one.row.key] for one in again.members), again.probabilities)
+
+
+def _is_effect(parent: Parent, law: Refit) -> bool:
+    """Whether a further law removes a share of all that was there, or nearly all that was left."""
+    return law.removed >= LEAST or parent.gone(law) >= NEARLY_ALL
 
 
 def _evidence(look: Look, found: Named) -> float:
@@ -83,15 +104,24 @@ def _beside(parents: Sequence[Parent], law: Refit) -> list[Parent]:
 
 def _pays(look: Look, laws: Sequence[LawClass], final: Parent) -> bool:
     """Whether the first of some laws pays beside the others; yes where these cannot be fitted alone."""
-    parent, first = look.parent, laws[0].speaker
+    parent = _without_first(look, laws)
+    if parent is None:
+        return True
+    whole = Linearised.of(final.fitted, final.base.tau, look.parent.weights)
+    one = Linearised.of(parent.fitted, parent.base.tau, look.parent.weights)
+    return whole.evidence - one.evidence - laws[0].speaker.price >= BAR
+
+
+def _without_first(look: Look, laws: Sequence[LawClass]) -> Parent | None:
+    """A fit with all of some laws but the first; None where they cannot be fitted alone."""
+    parent = look.parent
     for law in laws[1:]:
         own = look.alone(law)
         one = refit(parent, law.speaker.row, None if own is None else own.fitted.fit.every)
         if one is None or one.nats == -np.inf:
-            return True
+            return None
         parent = parent.beside(one)
-    whole = Linearised.of(final.fitted, final.base.tau, parent.weights)
-    return whole.evidence - parent.around.evidence - first.price >= BAR
+    return parent
 
 
 def _as_first(look: Look, law: LawClass) -> LawClass | None:
@@ -109,14 +139,14 @@ def _further(
 ) -> tuple[Look, LawClass | None]:
     """Further laws beside a fit with laws, and the class that is named, or None; none of those that are gone.
 
-    The fit is near enough for its linear step to say which laws do not stand. Forms of one kind at one place
-    stand in for each other, never beside each other, but for a law about another one, such as its drift. What
-    a law must be is asked of windows of every length, as of the first one.
+    The fit is near enough for its linear step to say which laws do not stand. Forms of a named law in its
+    class stand in for it, never beside it, but for a law about another one, such as its drift. What a law
+    must be is asked of windows of every length, as of the first one.
     """
-    named = [law.speaker.row.about for law in laws]
+    named = {one.row.name for law in laws for one in _forms(law)}
     families = {law.speaker.row.atom.effect.family for law in laws}
     rows = [row for row in scan(parent.around) if row.nats >= BAR and row.name not in gone]
-    rows = [row for row in rows if row.about not in named or families & row.atom.effect.beside]
+    rows = [row for row in rows if row.name not in named or families & row.atom.effect.beside]
     matters = parent.base.matters(parent.residual)
 
     def large(one: Refit) -> bool:
@@ -132,8 +162,21 @@ def _further(
     look = Look(parent, tuple(rows), tuple(found))
     if best_class(found, large) is None:
         return look, None
-    least = max((curve.nats for curve in free_curves(parent)), default=-np.inf) + BAR
-    return look, best_class([one for one in found if one.nats >= least], large)
+    curves = tuple(free_curves(parent))
+    return look, best_class([one for one in found if all(_beats(one, curve) for curve in curves)], large)
+
+
+def _forms(law: LawClass) -> list[Refit]:
+    """The law to name and those of its class that are forms of it."""
+    distinct = law.kind in DISTINCT
+    return [m for m in law.members if m.row.about == law.speaker.row.about and not distinct] or [law.speaker]
+
+
+def _beats(law: Refit, curve: Refit) -> bool:
+    """Whether a law explains more than a free curve, or nearly as much by a form that the curve holds."""
+    if law.row.atom.place == curve.row.atom.place and arguments(law) <= arguments(curve):
+        return law.removed >= NEARLY_ALL * curve.removed
+    return law.nats >= curve.nats + BAR
 
 
 def _overall(law: Refit, others: Sequence[Parent]) -> Refit:

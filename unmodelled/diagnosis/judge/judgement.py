@@ -13,7 +13,7 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.judge.base import Base, bases
 from unmodelled.diagnosis.judge.classes import LawClass, stands
 from unmodelled.diagnosis.judge.formulas import formulas
-from unmodelled.diagnosis.judge.further import exchanged
+from unmodelled.diagnosis.judge.further import Named, exchanged
 from unmodelled.diagnosis.judge.looks import Look, deciding, look_at, together
 from unmodelled.diagnosis.judge.refit import Carried, Parent, Refit, refit
 from unmodelled.diagnosis.judge.residual import Residual
@@ -32,6 +32,7 @@ class Judgement:
     rounds: tuple[Look, ...]  # in which each law was compared; the first is at the length that decides
     final: Parent  # with the laws
     alike: LawClass | None = None  # the most alike class where nothing is named
+    instead: Named | None = None  # what stood before its first law gave way to a plainer form
 
     @property
     def look(self) -> Look:
@@ -39,13 +40,17 @@ class Judgement:
         return self.rounds[0]
 
     def until(self, count: int) -> Judgement:
-        """Return the judgement with its first laws alone; without any, the first one is the most alike."""
+        """Return the judgement with its first laws alone; without any, the first one is the most alike.
+
+        A plainer form stands beside further laws only.
+        """
         if count == 0:
             look, first = self.look, self.laws[0]
             return Judgement("unknown", (), self.looks, (look,), look.parent, first)
-        laws, rounds, final = self.laws[:count], self.rounds[:count], self.rounds[count].parent
+        laws, rounds, final = self.instead or (self.laws, self.rounds, self.final)
+        final = rounds[count].parent if count < len(laws) else final
         verdict = _verdict(final.base, final.residual, True, True)
-        return Judgement(verdict, laws, self.looks, rounds, final)
+        return Judgement(verdict, tuple(laws[:count]), self.looks, tuple(rounds[:count]), final)
 
 
 def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[str], None]) -> Judgement:
@@ -68,9 +73,9 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
     matters = any(look.matters for look in looks)
     look = deciding(looks)
     first = look.first(matters)
-    laws, rounds, parent = list[LawClass](), [look], look.parent
+    laws, rounds, parent, instead = list[LawClass](), [look], look.parent, None
     if first is not None:
-        laws, rounds, parent = exchanged(looks, look, first, workers, say)
+        (laws, rounds, parent), instead = exchanged(looks, look, first, workers, say)
 
     # 3. What is left decides the verdict. Where laws leave something, a formula that leaves nothing is the
     #    law. Laws that leave more than they explain are not what is missing.
@@ -81,7 +86,7 @@ def judge(study: Study, begun: FittedHypothesis, workers: int, say: Callable[[st
         if written is not None:
             look, law = written
             return Judgement("effect", (law,), tuple(looks), (look,), look.parent.beside(law.speaker))
-    found = Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent)
+    found = Judgement(verdict, tuple(laws), tuple(looks), tuple(rounds), parent, instead=instead)
     return found.until(0) if laws and parent.explained < MAIN else found
 
 
