@@ -59,9 +59,7 @@ class Findings:
         """Return the same findings with further notes."""
         return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
 
-    def write(
-        self, folder: Path, *, sources: Mapping[str, str] | None = None, machine: bool = True
-    ) -> dict[str, Any]:
+    def write(self, folder: Path, *, sources: Mapping[str, str] | None = None) -> dict[str, Any]:
         """Write diagnosis.json, augmented_system.yaml, robot file and compensations, then the tables."""
         if self.exported:
             made = str((sources or {}).get("made", "")).partition("T")[0]
@@ -72,7 +70,7 @@ class Findings:
         content = self.content | ({"sources": dict(sources)} if sources else {})
         write_json(folder / SUMMARY, content)
         live: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
-        shown = machine and self.diagnosis.verdict != "check_logs"
+        shown = self.diagnosis.verdict != "check_logs"
         return with_parts(folder, content, {TABLES: self._write_tables, **({LIVE: live} if shown else {})})
 
     def _write_tables(self, folder: Path) -> None:
