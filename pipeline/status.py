@@ -115,9 +115,8 @@ def status(changes: Mapping[str, Any], dot: str, folder: Path) -> str:
     """Return the drawing from the output of `dvc status --json` and `dvc dag --dot`, and a line in words."""
     edges = read_edges(dot)
     stale = set(changes)
-    may = (
-        readers_of(stale - {"code"}, edges) - stale
-    )  # the digests are written, all that they change is known
+    # the digests are written: all that they change is known
+    may = readers_of(stale - {"code"}, edges) - stale
     rows = rows_of(edges, folder)
     seconds = sum(row.seconds for row in rows.values() if stale & set(row.cells))
     told = f"{len(stale)} cells run, {len(may)} may run, {len(edges) - len(stale | may)} are up to date"

@@ -85,9 +85,8 @@ def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the numbers of section 5.5."""
     accuracy = tables["accuracy"]
     error = 1e3 * float(accuracy["error"].max())
-    bound = (
-        10.0 ** np.ceil(np.log10(error)) if error else 0.0
-    )  # the rounding of another processor is another one
+    # the rounding of another processor is another one
+    bound = 10.0 ** np.ceil(np.log10(error)) if error else 0.0
     worst = {"value": float(bound), "unit": "mm", "n": int(accuracy["steps"].sum())}
     shares = {
         str(model): {

@@ -38,12 +38,17 @@ class LawClass:
         return self.members[0]
 
     @property
+    def forms(self) -> list[Refit]:
+        """Return the members of the kind and place of the law to name, itself first."""
+        return [one for one in self.members if one.row.about == self.speaker.row.about]
+
+    @property
     def plainest(self) -> LawClass:
         """Return the class with the form of the fewest numbers as its speaker, itself where that speaks."""
-        forms = [k for k, one in enumerate(self.members) if one.row.about == self.speaker.row.about]
-        k = min(forms, key=lambda k: (self.members[k].row.atom.numbers, k))
-        if self.members[k].row.atom.numbers >= self.speaker.row.atom.numbers:
+        plain = min(self.forms, key=lambda one: one.row.atom.numbers)  # of as many, the first
+        if plain.row.atom.numbers >= self.speaker.row.atom.numbers:
             return self
+        k = self.members.index(plain)
         order = [k, *(j for j in range(len(self.members)) if j != k)]
         return LawClass(tuple(self.members[j] for j in order), self.probabilities[order])
 

@@ -168,8 +168,7 @@ def _further(
 
 def _forms(law: LawClass) -> list[Refit]:
     """The law to name and those of its class that are forms of it."""
-    distinct = law.kind in DISTINCT
-    return [m for m in law.members if m.row.about == law.speaker.row.about and not distinct] or [law.speaker]
+    return [law.speaker] if law.kind in DISTINCT else law.forms
 
 
 def _beats(law: Refit, curve: Refit) -> bool:
